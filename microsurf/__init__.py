@@ -1,0 +1,1 @@
+"""Explicit Student-t microsurfaces, ray-traced and compared with microfacet theory."""

@@ -1,0 +1,92 @@
+"""One interfaced-Lambertian (IL) facet: a flat Fresnel interface over a Lambertian substrate.
+
+Simonot, Applied Optics 48(30), 5793, 2009; Meneveaux et al., IEEE TVCG 24(3),
+2018. Specular: F(i·m) into the mirror direction. Body (Ribardière et al. 2018,
+eq. 5): f_b = T(i·m) T(o·m) Kd / (π n² (1 − Kd r_i)).
+
+Its albedo F + T·w has the *body weight* w = Kd (1−r_i)/(1−Kd r_i), which is 1 at
+Kd = 1. If the exit direction is drawn ∝ T(o·m) o·m every body event weighs w,
+whatever the directions, so a path's weight is w^(number of body events).
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import fresnel
+
+Array = NDArray[np.float64]
+
+
+def body_weight(n: ArrayLike, kd: ArrayLike) -> Array:
+    """Weight w of one body event, in [0, 1]; n ≥ 1, Kd in [0, 1]; exactly 1 at Kd = 1."""
+    inside = fresnel.internal_diffuse_reflectance(n)
+    kd = np.asarray(kd, dtype=np.float64)
+    return np.asarray(kd * (1 - inside) / (1 - kd * inside))
+
+
+def body(cos_i: ArrayLike, cos_o: ArrayLike, n: float, kd: ArrayLike) -> Array:
+    """Body BRDF f_b of the facet in sr⁻¹; cosines to its normal; 0 where one is ≤ 0."""
+    cos_i, cos_o = np.asarray(cos_i, dtype=np.float64), np.asarray(cos_o, dtype=np.float64)
+    kd = np.asarray(kd, dtype=np.float64)
+    front = (cos_i > 0) & (cos_o > 0)
+    pair = fresnel.transmittance(np.where(front, cos_i, 1), n) * fresnel.transmittance(
+        np.where(front, cos_o, 1), n
+    )
+    inside = fresnel.internal_diffuse_reflectance(n)
+    return np.where(front, pair * kd / (np.pi * n**2 * (1 - kd * inside)), 0.0)
+
+
+def albedo(cos_i: ArrayLike, n: float, kd: ArrayLike) -> Array:
+    """Directional albedo F(i·m) + T(i·m) w; exactly 1 at Kd = 1."""
+    transmitted = fresnel.transmittance(cos_i, n)
+    return np.asarray(1 - transmitted * (1 - body_weight(n, kd)))
+
+
+def mirror(i: ArrayLike, m: ArrayLike) -> Array:
+    """Mirror direction 2 (i·m) m − i, shape (..., 3)."""
+    i, m = np.asarray(i, dtype=np.float64), np.asarray(m, dtype=np.float64)
+    return np.asarray(2 * np.sum(i * m, axis=-1, keepdims=True) * m - i)
+
+
+def sample(
+    i: ArrayLike, m: ArrayLike, n: float, rng: np.random.Generator
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Draw what one facet event does to light from i: directions o and whether it was a body event.
+
+    Specular with probability F(i·m), else a body event with o ∝ T(o·m) o·m by
+    rejection (acceptance 1 − r_e). Weights: 1 for specular, `body_weight` for body.
+
+    Parameters
+    ----------
+    i, m : array_like, shape (..., 3)
+        Towards the light, and facet normals with i·m > 0.
+    n : float
+        Relative index, ≥ 1.
+    rng : numpy.random.Generator
+        Source of randomness.
+
+    """
+    i, m = np.broadcast_arrays(np.asarray(i, np.float64), np.asarray(m, np.float64))
+    o = mirror(i, m)
+    is_body = rng.random(i.shape[:-1]) < fresnel.transmittance(np.sum(i * m, axis=-1), n)
+    pending = np.flatnonzero(is_body)
+    out, normal = o.reshape(-1, 3), m.reshape(-1, 3)
+    while pending.size:
+        direction = _cosine_lobe(normal[pending], rng)
+        mu = np.sum(direction * normal[pending], axis=-1)
+        # T(μ) ≤ T(1): drawing against the maximum keeps the acceptance at its best.
+        accepted = rng.random(pending.size) * fresnel.transmittance(
+            1.0, n
+        ) < fresnel.transmittance(np.clip(mu, 0, 1), n)
+        out[pending[accepted]] = direction[accepted]
+        pending = pending[~accepted]
+    return out.reshape(i.shape), is_body
+
+
+def _cosine_lobe(m: Array, rng: np.random.Generator) -> Array:
+    """Directions with density (o·m)/π about normals m: a uniform point on the sphere tangent to m."""
+    z = 2 * rng.random(len(m)) - 1
+    azimuth = 2 * np.pi * rng.random(len(m))
+    ring = np.sqrt(np.maximum(0, 1 - z**2))
+    point = np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), z], axis=-1) + m
+    return np.asarray(point / np.linalg.norm(point, axis=-1, keepdims=True))

@@ -1,0 +1,154 @@
+"""The one object that measurements and predictions share: a labelled Dataset, bin for bin.
+
+``flux[realisation, theta_i, phi_i, order, body_events, theta_o, phi_o]`` is the
+part of the incident power that leaves into a bin of the detector after ``order``
+facet events (1, 2, 3, 4 = four or more), ``body_events`` of them in the
+substrate, *before* the substrate's absorption: each body event still weighs
+body_weight(n, Kd) (see `physics.facet`). So one dataset answers for every Kd.
+No body event is *specular*, one or more is *body*.
+
+Rings in θ_o, sectors in φ_o − φ_i, both in degrees. The first ring is the cap
+θ_o < 1°; rings and sectors are centred so that mirror directions at whole even
+degrees lie inside a bin and not on an edge. The mirror side is φ_o − φ_i = 180°;
+in the plane of incidence θ_o is signed, positive on that side.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .errors import InputError
+from .files import whole_file
+from .physics import facet
+
+Array = NDArray[np.float64]
+
+ORDERS = (1, 2, 3, 4)
+KINDS = ("specular", "body")
+SECTORS = 36
+RING_EDGES = np.concatenate([[0.0], np.arange(1.0, 90.0, 2.0), [90.0]])
+SECTOR_EDGES = (np.arange(SECTORS + 1) - 0.5) * 360 / SECTORS
+RINGS = len(RING_EDGES) - 1
+
+_DIMENSIONS = ("realisation", "theta_i", "phi_i", "order", "body_events", "theta_o", "phi_o")
+
+
+def ring_centres() -> Array:
+    """θ_o of the rings in degrees; 0 for the cap."""
+    centres = (RING_EDGES[:-1] + RING_EDGES[1:]) / 2
+    centres[0] = 0.0
+    return np.asarray(centres)
+
+
+def solid_angles() -> Array:
+    """∫ dω of each bin in sr, shape (rings, 1)."""
+    return np.asarray(-np.diff(np.cos(np.radians(RING_EDGES)))[:, None] * 2 * np.pi / SECTORS)
+
+
+def projected_solid_angles() -> Array:
+    """∫ cosθ dω of each bin in sr, shape (rings, 1)."""
+    return np.asarray(np.diff(np.sin(np.radians(RING_EDGES)) ** 2)[:, None] * np.pi / SECTORS)
+
+
+def ring_of(theta_o: float) -> int:
+    """Index of the ring that holds θ_o, in degrees."""
+    return int(np.clip(np.searchsorted(RING_EDGES, theta_o, side="right") - 1, 0, RINGS - 1))
+
+
+def build(
+    flux: Array,
+    theta_i: Sequence[float],
+    phi_i: Sequence[float],
+    orders: Sequence[int] = ORDERS,
+    attrs: Mapping[str, str | float | int] | None = None,
+) -> xr.Dataset:
+    """Label a flux array, shape as in the module's text, with its coordinates and units."""
+    result = xr.Dataset(
+        {"flux": (_DIMENSIONS, flux, {"units": "1", "long_name": "part of the incident power"})},
+        coords={
+            "realisation": np.arange(flux.shape[0]),
+            "theta_i": ("theta_i", np.asarray(theta_i, float), {"units": "degree"}),
+            "phi_i": ("phi_i", np.asarray(phi_i, float), {"units": "degree"}),
+            "order": ("order", np.asarray(orders), {"long_name": "facet events; 4 = four or more"}),
+            "body_events": np.arange(flux.shape[4]),
+            "theta_o": ("theta_o", ring_centres(), {"units": "degree"}),
+            "phi_o": (
+                "phi_o",
+                (SECTOR_EDGES[:-1] + SECTOR_EDGES[1:]) / 2,
+                {"units": "degree", "long_name": "azimuth from the incident one"},
+            ),
+            "theta_o_edges": ("ring_edge", RING_EDGES, {"units": "degree"}),
+            "phi_o_edges": ("sector_edge", SECTOR_EDGES, {"units": "degree"}),
+            "solid_angle": (
+                ("theta_o", "phi_o"),
+                np.repeat(solid_angles(), SECTORS, axis=1),
+                {"units": "sr"},
+            ),
+        },
+    )
+    result.attrs.update(attrs or {})
+    return result
+
+
+def body_weights(events: int, n: float, kd: float) -> Array:
+    """Weights w^b of b = 0 … events − 1 body events; 0^0 = 1."""
+    return np.asarray(float(facet.body_weight(n, kd)) ** np.arange(events))
+
+
+def by_kind(flux: xr.DataArray, n: float, kd: float) -> xr.DataArray:
+    """Apply a substrate's albedo Kd: dimension body_events becomes kind = specular | body."""
+    weights = body_weights(flux.sizes["body_events"], n, kd)
+    specular = flux.isel(body_events=0, drop=True)
+    body = (flux.isel(body_events=slice(1, None)) * xr.DataArray(weights[1:], dims="body_events")).sum(
+        "body_events"
+    )
+    return xr.concat([specular, body], xr.Variable("kind", list(KINDS)), coords="minimal", compat="override")
+
+
+def hemispherical(flux: xr.DataArray) -> xr.DataArray:
+    """Sum over the detector: albedos out of lobes."""
+    return flux.sum(("theta_o", "phi_o"))
+
+
+def brdf(energy: xr.DataArray) -> xr.DataArray:
+    """Mean BRDF of each bin in sr⁻¹: its energy over ∫ cosθ dω."""
+    return energy / xr.DataArray(
+        np.repeat(projected_solid_angles(), SECTORS, axis=1), dims=("theta_o", "phi_o")
+    )
+
+
+def in_plane(values: xr.DataArray) -> xr.DataArray:
+    """Cut along the plane of incidence: θ_o signed, positive on the mirror side; the cap once."""
+    back = values.isel(phi_o=0, drop=True).isel(theta_o=slice(None, 0, -1))
+    front = values.isel(phi_o=SECTORS // 2, drop=True)
+    back = back.assign_coords(theta_o=-back.theta_o)
+    return xr.concat([back, front], "theta_o", coords="minimal", compat="override")
+
+
+def save(result: xr.Dataset, path: Path) -> None:
+    """Write a result as netCDF, whole or not at all."""
+    with whole_file(path) as temporary:
+        result.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+
+
+def load(path: Path) -> xr.Dataset:
+    """Read a result that `save` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not a result of microsurf.
+
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; `microsurf measure --out FILE.nc` writes one")
+    try:
+        result = xr.load_dataset(path, engine="scipy")
+    except Exception as error:  # scipy raises anything from TypeError to IndexError here
+        raise InputError(f"{path}: not a netCDF file, or truncated; measure it again") from error
+    if "flux" not in result or result.flux.dims != _DIMENSIONS:
+        raise InputError(f"{path}: not a result of microsurf (no flux with its seven dimensions)")
+    return result

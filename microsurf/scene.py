@@ -1,0 +1,336 @@
+"""What is asked: material, roughness, surface, light, accuracy; read from and written to TOML."""
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from .errors import InputError
+
+STRUCTURES = ("independent",)
+BOUNDARIES = ("periodic", "mirror")
+LEVELS = ("none", "plane", "quadratic")
+QUANTITIES = ("specular", "body", "total")
+VERDICTS = ("holds", "departs", "undecided")
+MAX_CELLS = 16384
+_MAX_TOML_BYTES = 1_000_000
+
+
+def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
+    if not condition:
+        raise InputError(f"{name} = {value}: must be {allowed}")
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{name} = {value!r}: must be a number")
+    if not np.isfinite(value):
+        raise InputError(f"{name} = {value}: must be a finite number")
+    return float(value)
+
+
+def _whole(name: str, value: Any, low: int, high: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise InputError(f"{name} = {value!r}: must be a whole number")
+    _require(low <= value <= high, name, value, f"{low} … {high}")
+    return value
+
+
+def _numbers(name: str, value: Any) -> tuple[float, ...]:
+    values = value if isinstance(value, list | tuple) else [value]
+    _require(len(values) > 0, name, value, "a number or a list of at least one")
+    return tuple(_number(name, v) for v in values)
+
+
+def _choice(name: str, value: Any, allowed: tuple[str, ...]) -> str:
+    if value not in allowed:
+        raise InputError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
+    return str(value)
+
+
+@dataclass(frozen=True)
+class Material:
+    """Interfaced-Lambertian facet: relative index n ≥ 1 and substrate albedo Kd in [0, 1].
+
+    Several Kd are answered by one trace.
+    """
+
+    n: float = 1.5
+    kd: tuple[float, ...] = (0.8,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", _number("material.n", self.n))
+        object.__setattr__(self, "kd", _numbers("material.kd", self.kd))
+        _require(self.n >= 1, "material.n", self.n, "≥ 1 (1 = no interface)")
+        for kd in self.kd:
+            _require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
+
+
+@dataclass(frozen=True)
+class Roughness:
+    """STD slopes: shape γ > 3/2, roughness σ ≥ 0 along x and y (one number: isotropic)."""
+
+    gamma: float = 2.0
+    sigma: tuple[float, ...] = (0.5,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gamma", _number("roughness.gamma", self.gamma))
+        object.__setattr__(self, "sigma", _numbers("roughness.sigma", self.sigma))
+        _require(
+            self.gamma > 1.5,
+            "roughness.gamma",
+            self.gamma,
+            "> 1.5 (below, the mean slope of the surface is infinite)",
+        )
+        _require(len(self.sigma) <= 2, "roughness.sigma", self.sigma, "one number or two (x, y)")
+        for sigma in self.sigma:
+            _require(0 <= sigma <= 1000, "roughness.sigma", sigma, "0 … 1000")
+        _require(
+            (self.sigma_x > 0) == (self.sigma_y > 0),
+            "roughness.sigma",
+            self.sigma,
+            "both zero (flat) or both positive",
+        )
+
+    @property
+    def sigma_x(self) -> float:
+        """Roughness along x."""
+        return self.sigma[0]
+
+    @property
+    def sigma_y(self) -> float:
+        """Roughness along y."""
+        return self.sigma[-1]
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether both roughnesses are equal."""
+        return self.sigma_x == self.sigma_y
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The explicit surface: generated, or read from ``file``."""
+
+    cells: int = 512
+    correlation: float = 8.0
+    structure: str = "independent"
+    realisations: int = 4
+    file: str | None = None
+    spacing: float | None = None
+    boundary: str | None = None
+    level: str = "none"
+
+    def __post_init__(self) -> None:
+        _whole("surface.cells", self.cells, 2, MAX_CELLS)
+        object.__setattr__(self, "correlation", _number("surface.correlation", self.correlation))
+        _require(self.correlation > 0, "surface.correlation", self.correlation, "> 0 cells")
+        _choice("surface.structure", self.structure, STRUCTURES)
+        _whole("surface.realisations", self.realisations, 1, 10_000)
+        if self.spacing is not None:
+            _require(
+                _number("surface.spacing", self.spacing) > 0, "surface.spacing", self.spacing, "> 0"
+            )
+        if self.boundary is not None:
+            _choice("surface.boundary", self.boundary, BOUNDARIES)
+        _choice("surface.level", self.level, LEVELS)
+        if self.file is not None and not isinstance(self.file, str):
+            raise InputError(f"surface.file = {self.file!r}: must be the name of a file")
+
+
+@dataclass(frozen=True)
+class Light:
+    """Directions of incidence in degrees: θ in [0, 90), φ from +x."""
+
+    theta: tuple[float, ...] = (0.0, 30.0, 60.0, 80.0)
+    phi: tuple[float, ...] = (0.0,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "theta", _numbers("light.theta", self.theta))
+        object.__setattr__(self, "phi", _numbers("light.phi", self.phi))
+        for theta in self.theta:
+            _require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
+        for name, values in (("light.theta", self.theta), ("light.phi", self.phi)):
+            _require(len(set(values)) == len(values), name, list(values), "without repetition")
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How much work: paths for each angle and each realisation."""
+
+    paths: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        _whole("accuracy.paths", self.paths, 1, 10**12)
+
+
+@dataclass(frozen=True)
+class Effects:
+    """What to leave out on purpose."""
+
+    multiple_scattering: bool = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.multiple_scattering, bool):
+            raise InputError(
+                f"effects.multiple_scattering = {self.multiple_scattering!r}: must be true or false"
+            )
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """Verdict a scene must show for one quantity, for each θ_i in order, and why.
+
+    ``margin`` is the relative difference up to which the theory counts as holding.
+    ``verdict`` names one verdict for all angles or one for each; ``"a|b"`` allows both.
+    """
+
+    verdict: tuple[str, ...]
+    margin: float = 0.05
+    why: str = ""
+
+    def __post_init__(self) -> None:
+        verdict = (self.verdict,) if isinstance(self.verdict, str) else tuple(self.verdict)
+        object.__setattr__(self, "verdict", verdict)
+        for entry in verdict:
+            for word in str(entry).split("|"):
+                _choice("expect.verdict", word, VERDICTS)
+        object.__setattr__(self, "margin", _number("expect.margin", self.margin))
+        _require(0 < self.margin < 1, "expect.margin", self.margin, "between 0 and 1")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One question to the tool. `Scene.requires` decides what has to run for it."""
+
+    title: str = ""
+    rationale: str = ""
+    material: Material = field(default_factory=Material)
+    roughness: Roughness = field(default_factory=Roughness)
+    surface: Surface = field(default_factory=Surface)
+    light: Light = field(default_factory=Light)
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    effects: Effects = field(default_factory=Effects)
+    expect: Mapping[str, Expectation] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("title", "rationale"):
+            if not isinstance(getattr(self, name), str):
+                raise InputError(f"{name} = {getattr(self, name)!r}: must be a text")
+        for quantity, expected in self.expect.items():
+            if len(expected.verdict) not in (1, len(self.light.theta)):
+                raise InputError(
+                    f"expect.{quantity}.verdict has {len(expected.verdict)} entries: "
+                    f"must be one, or one for each of the {len(self.light.theta)} light.theta"
+                )
+
+    @property
+    def requires(self) -> "Requirements":
+        """Which effects this scene needs; what is not needed is never run."""
+        measured = self.surface.file is not None
+        return Requirements(
+            interface=self.material.n > 1,
+            substrate=max(self.material.kd) > 0,
+            roughness=measured or self.roughness.sigma_x > 0,
+            anisotropy=measured or not self.roughness.isotropic,
+            multiple_scattering=self.effects.multiple_scattering,
+        )
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """The effects a scene needs, each false where it would compute a known answer.
+
+    interface: n > 1, else no Fresnel; substrate: some Kd > 0, else no body events;
+    roughness: σ > 0, else no mesh; anisotropy: σ_x ≠ σ_y; multiple_scattering:
+    light that meets a second facet is followed.
+    """
+
+    interface: bool
+    substrate: bool
+    roughness: bool
+    anisotropy: bool
+    multiple_scattering: bool
+
+
+_SECTIONS = {
+    "material": Material,
+    "roughness": Roughness,
+    "surface": Surface,
+    "light": Light,
+    "accuracy": Accuracy,
+    "effects": Effects,
+}
+
+
+def _known(key: str, known: list[str], where: str) -> None:
+    if key not in known:
+        near = difflib.get_close_matches(key, known, n=1, cutoff=0)
+        raise InputError(f"unknown key {key!r} in {where}; did you mean {near[0]!r}?")
+
+
+def _section(kind: type, table: Any, where: str) -> Any:
+    if not isinstance(table, dict):
+        raise InputError(f"{where} = {table!r}: must be a table [{where}]")
+    names = [f.name for f in fields(kind)]
+    for key in table:
+        _known(key, names, f"[{where}]")
+    return kind(**table)
+
+
+def from_dict(document: Mapping[str, Any]) -> Scene:
+    """Build a scene from the tables of a scene file."""
+    values: dict[str, Any] = {}
+    for key, table in document.items():
+        _known(key, [*_SECTIONS, "title", "rationale", "expect"], "the scene")
+        if key in _SECTIONS:
+            values[key] = _section(_SECTIONS[key], table, key)
+        elif key == "expect":
+            if not isinstance(table, dict):
+                raise InputError(f"expect = {table!r}: must hold tables such as [expect.specular]")
+            for quantity in table:
+                _known(quantity, list(QUANTITIES), "[expect]")
+            values[key] = {
+                q: _section(Expectation, t, f"expect.{q}") for q, t in table.items()
+            }
+        else:
+            values[key] = table
+    return Scene(**values)
+
+
+def read(path: Path) -> Scene:
+    """Read a scene file; a relative ``surface.file`` is looked for beside it."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give a scene file (.toml)")
+    if path.stat().st_size > _MAX_TOML_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes is too large for a scene file")
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML ({error})") from error
+    try:
+        scene = from_dict(document)
+    except (InputError, TypeError) as error:
+        raise InputError(f"{path}: {error}") from error
+    if scene.surface.file is not None:
+        file = str(path.parent / scene.surface.file)
+        scene = replace(scene, surface=replace(scene.surface, file=file))
+    return scene
+
+
+def to_toml(scene: Scene) -> str:
+    """Write a scene as a scene file; `from_dict` of it gives the same scene."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {k: plain(v) for k, v in value.items() if v is not None}
+        if isinstance(value, tuple):
+            return [plain(v) for v in value]
+        return value
+
+    return tomli_w.dumps(plain(asdict(scene)), multiline_strings=False)
