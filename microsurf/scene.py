@@ -1,14 +1,10 @@
-"""What is asked: material, roughness, surface, light, accuracy; read from and written to TOML."""
+"""What is asked: material, roughness, surface, light, accuracy. Files: `scene_file`."""
 
-import difflib
-import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from .errors import InputError
 
@@ -18,7 +14,6 @@ LEVELS = ("none", "plane", "quadratic")
 QUANTITIES = ("specular", "body", "total")
 VERDICTS = ("holds", "departs", "undecided")
 MAX_CELLS = 16384
-_MAX_TOML_BYTES = 1_000_000
 
 
 def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
@@ -256,81 +251,3 @@ class Requirements:
     roughness: bool
     anisotropy: bool
     multiple_scattering: bool
-
-
-_SECTIONS = {
-    "material": Material,
-    "roughness": Roughness,
-    "surface": Surface,
-    "light": Light,
-    "accuracy": Accuracy,
-    "effects": Effects,
-}
-
-
-def _known(key: str, known: list[str], where: str) -> None:
-    if key not in known:
-        near = difflib.get_close_matches(key, known, n=1, cutoff=0)
-        raise InputError(f"unknown key {key!r} in {where}; did you mean {near[0]!r}?")
-
-
-def _section(kind: type, table: Any, where: str) -> Any:
-    if not isinstance(table, dict):
-        raise InputError(f"{where} = {table!r}: must be a table [{where}]")
-    names = [f.name for f in fields(kind)]
-    for key in table:
-        _known(key, names, f"[{where}]")
-    return kind(**table)
-
-
-def from_dict(document: Mapping[str, Any]) -> Scene:
-    """Build a scene from the tables of a scene file."""
-    values: dict[str, Any] = {}
-    for key, table in document.items():
-        _known(key, [*_SECTIONS, "title", "rationale", "expect"], "the scene")
-        if key in _SECTIONS:
-            values[key] = _section(_SECTIONS[key], table, key)
-        elif key == "expect":
-            if not isinstance(table, dict):
-                raise InputError(f"expect = {table!r}: must hold tables such as [expect.specular]")
-            for quantity in table:
-                _known(quantity, list(QUANTITIES), "[expect]")
-            values[key] = {
-                q: _section(Expectation, t, f"expect.{q}") for q, t in table.items()
-            }
-        else:
-            values[key] = table
-    return Scene(**values)
-
-
-def read(path: Path) -> Scene:
-    """Read a scene file; a relative ``surface.file`` is looked for beside it."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; give a scene file (.toml)")
-    if path.stat().st_size > _MAX_TOML_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes is too large for a scene file")
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML ({error})") from error
-    try:
-        scene = from_dict(document)
-    except (InputError, TypeError) as error:
-        raise InputError(f"{path}: {error}") from error
-    if scene.surface.file is not None:
-        file = str(path.parent / scene.surface.file)
-        scene = replace(scene, surface=replace(scene.surface, file=file))
-    return scene
-
-
-def to_toml(scene: Scene) -> str:
-    """Write a scene as a scene file; `from_dict` of it gives the same scene."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {k: plain(v) for k, v in value.items() if v is not None}
-        if isinstance(value, tuple):
-            return [plain(v) for v in value]
-        return value
-
-    return tomli_w.dumps(plain(asdict(scene)), multiline_strings=False)

@@ -19,27 +19,42 @@ Array = NDArray[np.float64]
 
 def body_weight(n: ArrayLike, kd: ArrayLike) -> Array:
     """Weight w of one body event, in [0, 1]; n ≥ 1, Kd in [0, 1]; exactly 1 at Kd = 1."""
-    inside = fresnel.internal_diffuse_reflectance(n)
+    n, kd = np.asarray(n, dtype=np.float64), _albedo(kd)
+    escape = fresnel.external_diffuse_transmittance(n) / n**2
+    return np.asarray(kd * escape / ((1 - kd) + kd * escape))
+
+
+def _albedo(kd: ArrayLike) -> Array:
+    """Return Kd as an array; refuse what is not the albedo of a substrate."""
     kd = np.asarray(kd, dtype=np.float64)
-    return np.asarray(kd * (1 - inside) / (1 - kd * inside))
+    if not np.all((kd >= 0) & (kd <= 1)):
+        raise ValueError(f"kd = {kd}: the albedo of the substrate must be in 0 ... 1")
+    return kd
 
 
 def body(cos_i: ArrayLike, cos_o: ArrayLike, n: float, kd: ArrayLike) -> Array:
     """Body BRDF f_b of the facet in sr⁻¹; cosines to its normal; 0 where one is ≤ 0."""
     cos_i, cos_o = np.asarray(cos_i, dtype=np.float64), np.asarray(cos_o, dtype=np.float64)
-    kd = np.asarray(kd, dtype=np.float64)
+    kd = _albedo(kd)
     front = (cos_i > 0) & (cos_o > 0)
     pair = fresnel.transmittance(np.where(front, cos_i, 1), n) * fresnel.transmittance(
         np.where(front, cos_o, 1), n
     )
-    inside = fresnel.internal_diffuse_reflectance(n)
-    return np.where(front, pair * kd / (np.pi * n**2 * (1 - kd * inside)), 0.0)
+    # n²(1 − Kd r_i) with 1 − r_i = (1 − r_e)/n² put in: no difference of near equals.
+    trapped = n**2 * (1 - kd) + kd * fresnel.external_diffuse_transmittance(n)
+    return np.where(front, pair * kd / (np.pi * trapped), 0.0)
 
 
 def albedo(cos_i: ArrayLike, n: float, kd: ArrayLike) -> Array:
     """Directional albedo F(i·m) + T(i·m) w; exactly 1 at Kd = 1."""
     transmitted = fresnel.transmittance(cos_i, n)
-    return np.asarray(1 - transmitted * (1 - body_weight(n, kd)))
+    weight = body_weight(n, kd)
+    # The first is exact at w = 1, the second keeps its digits where F and w are small.
+    return np.where(
+        weight > 0.5,
+        1 - transmitted * (1 - weight),
+        fresnel.reflectance(cos_i, n) + transmitted * weight,
+    )
 
 
 def mirror(i: ArrayLike, m: ArrayLike) -> Array:
@@ -54,7 +69,7 @@ def sample(
     """Draw what one facet event does to light from i: directions o and whether it was a body event.
 
     Specular with probability F(i·m), else a body event with o ∝ T(o·m) o·m by
-    rejection (acceptance 1 − r_e). Weights: 1 for specular, `body_weight` for body.
+    rejection (acceptance (1 − r_e)/max T). Weights: 1 for specular, `body_weight` for body.
 
     Parameters
     ----------
@@ -70,21 +85,20 @@ def sample(
     o = mirror(i, m)
     is_body = rng.random(i.shape[:-1]) < fresnel.transmittance(np.sum(i * m, axis=-1), n)
     pending = np.flatnonzero(is_body)
+    bound = fresnel.transmittance_bound(n)
     out, normal = o.reshape(-1, 3), m.reshape(-1, 3)
     while pending.size:
         direction = _cosine_lobe(normal[pending], rng)
         mu = np.sum(direction * normal[pending], axis=-1)
-        # T(μ) ≤ T(1): drawing against the maximum keeps the acceptance at its best.
-        accepted = rng.random(pending.size) * fresnel.transmittance(
-            1.0, n
-        ) < fresnel.transmittance(np.clip(mu, 0, 1), n)
+        passed = fresnel.transmittance(np.clip(mu, 0, 1), n)
+        accepted = rng.random(pending.size) * bound < passed
         out[pending[accepted]] = direction[accepted]
         pending = pending[~accepted]
     return out.reshape(i.shape), is_body
 
 
 def _cosine_lobe(m: Array, rng: np.random.Generator) -> Array:
-    """Directions with density (o·m)/π about normals m: a uniform point on the sphere tangent to m."""
+    """Return directions of density (o·m)/π about normals m: from a sphere tangent to the facet."""
     z = 2 * rng.random(len(m)) - 1
     azimuth = 2 * np.pi * rng.random(len(m))
     ring = np.sqrt(np.maximum(0, 1 - z**2))

@@ -2,7 +2,8 @@
 
 Written with n² − 1 taken out as a factor, so that neither n → 1 nor grazing
 incidence subtracts two nearly equal numbers. μ is the cosine of the angle of
-incidence in air, n ≥ 1 the relative index.
+incidence in air, n ≥ 1 the relative index. Every function raises ValueError if
+an n is below 1.
 """
 
 import numpy as np
@@ -12,15 +13,21 @@ Array = NDArray[np.float64]
 
 
 def _terms(mu: ArrayLike, n: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    """Return μ, n, n² − 1 and g = √(n² − 1 + μ²) = n cosθ_t as arrays."""
     mu, n = np.asarray(mu, dtype=np.float64), np.asarray(n, dtype=np.float64)
+    if not np.all(n >= 1):
+        raise ValueError(f"n = {np.min(n)}: the relative index must be >= 1")
     excess = (n - 1) * (n + 1)
     return mu, n, excess, np.sqrt(excess + mu**2)
 
 
 def reflectance(mu: ArrayLike, n: ArrayLike) -> Array:
-    """Fresnel reflectance F(μ) of a dielectric, μ in [0, 1], n ≥ 1; 1 at μ = 0 if n > 1, 0 if n = 1."""
+    """Fresnel reflectance F(μ) of a dielectric, μ in [0, 1]; 0 if n = 1.
+
+    Relative error a few roundings, so that it may pass 1 by one at grazing.
+    """
     mu, n, excess, g = _terms(mu, n)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):  # n = 1 at grazing
         r_s = excess / (g + mu) ** 2
         r_p = excess * ((n**2 + 1) * mu**2 - 1) / (n**2 * mu + g) ** 2
     return np.where(n == 1, 0.0, (r_s**2 + r_p**2) / 2)
@@ -29,34 +36,62 @@ def reflectance(mu: ArrayLike, n: ArrayLike) -> Array:
 def transmittance(mu: ArrayLike, n: ArrayLike) -> Array:
     """T(μ) = 1 − F(μ), with relative accuracy also at grazing incidence; 1 if n = 1."""
     mu, n, _, g = _terms(mu, n)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # n = 1 at grazing
         t = 2 * g * mu * (1 / (g + mu) ** 2 + n**2 / (n**2 * mu + g) ** 2)
     return np.where(n == 1, 1.0, t)
 
 
-_PANELS = 8
+def transmittance_bound(n: float) -> float:
+    """A bound on T(μ) over all μ, for rejection: T(1) up to n = 2 + √3, else 1.
+
+    Beyond that index T is largest near Brewster's angle and not at μ = 1.
+    """
+    return float(transmittance(1.0, n)) if n <= 2 + np.sqrt(3) else 1.0
+
+
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
+# Panels in units of the whole range, halving towards 0 where F falls from 1 to its
+# Brewster minimum at μ = 1/√(n²+1), within 1/n of the range.
+_EDGES = np.concatenate([[0.0], np.geomspace(2.0**-12, 1 / 8, 10), np.arange(2, 9) / 8])
+
+
+def _diffuse_nodes(n: ArrayLike) -> tuple[Array, Array, Array]:
+    """Return n[..., None], and μ and weights on the last axis for ∫_0^1 2μ (…) dμ, n > 1.
+
+    Gauss-Legendre panels in t, μ = √(n²−1) sinh t, where √(n²−1+μ²) + μ = √(n²−1) e^t
+    and F is smooth. The weights are 0 where n = 1.
+    """
+    _, n, excess, _ = _terms(1.0, n)
+    root = np.sqrt(excess)[..., None]
+    top = np.arcsinh(1 / np.where(root > 0, root, np.inf))
+    half = np.diff(_EDGES)[:, None] / 2
+    t = (_EDGES[:-1, None] + half * (1 + _NODES)).ravel() * top
+    mu = root * np.sinh(t)
+    return n[..., None], mu, top * (half * _WEIGHTS).ravel() * 2 * mu * root * np.cosh(t)
 
 
 def external_diffuse_reflectance(n: ArrayLike) -> Array:
     """Return r_e = ∫_0^1 2 μ F(μ) dμ, the part of diffuse light a dielectric reflects outside.
 
-    By quadrature in t, μ = √(n²−1) sinh t, where √(n²−1+μ²) + μ = √(n²−1) e^t and
-    F is smooth: relative error below 1e−14 for n − 1 from 1e−12 to 99. The closed
-    form (Duntley 1942) loses digits as n → 1.
+    Relative error below 1e−14 for n − 1 from 1e−12 to 1e4. The closed form
+    (Duntley 1942) loses digits as n → 1.
     """
-    n = np.asarray(n, dtype=np.float64)
-    root = np.sqrt((n - 1) * (n + 1))[..., None]
-    with np.errstate(divide="ignore"):
-        top = np.where(root > 0, np.arcsinh(1 / np.where(root > 0, root, 1.0)), 0.0)
-    t = ((np.arange(_PANELS)[:, None] + (_NODES + 1) / 2) / _PANELS).ravel() * top
-    weights = np.tile(_WEIGHTS / (2 * _PANELS), _PANELS)
-    mu = root * np.sinh(t)
-    integrand = 2 * mu * reflectance(mu, n[..., None]) * root * np.cosh(t)
-    return np.asarray(top[..., 0] * (integrand @ weights))
+    n, mu, weights = _diffuse_nodes(n)
+    return np.asarray(np.sum(reflectance(mu, n) * weights, axis=-1))
+
+
+def external_diffuse_transmittance(n: ArrayLike) -> Array:
+    """Return 1 − r_e = ∫_0^1 2 μ T(μ) dμ, with relative accuracy also for large n; 1 if n = 1."""
+    n, mu, weights = _diffuse_nodes(n)
+    total = np.sum(transmittance(mu, n) * weights, axis=-1)
+    return np.where(n[..., 0] == 1, 1.0, total)
 
 
 def internal_diffuse_reflectance(n: ArrayLike) -> Array:
-    """Return r_i = 1 − (1 − r_e)/n², the part of diffuse light reflected back inside."""
+    """Return r_i = 1 − (1 − r_e)/n², the part of diffuse light reflected back inside.
+
+    Take (1 − r_e)/n² from `external_diffuse_transmittance` where 1 − r_i is wanted:
+    for large n the difference has few digits left.
+    """
     n = np.asarray(n, dtype=np.float64)
     return np.asarray(((n - 1) * (n + 1) + external_diffuse_reflectance(n)) / n**2)

@@ -40,18 +40,14 @@ def log_student_constant(nu: float) -> float:
     return float(-0.5 * np.log(2 * np.pi) + tail)
 
 
-def projected_roughness(
-    w: ArrayLike, sigma_x: float, sigma_y: float | None = None
-) -> Array:
+def projected_roughness(w: ArrayLike, sigma_x: float, sigma_y: float | None = None) -> Array:
     """Return sinθ σ(φ) of the directions w, shape (..., 3): σ(φ)² = σ_x²cos²φ + σ_y²sin²φ."""
     w = np.asarray(w, dtype=np.float64)
     sigma_y = sigma_x if sigma_y is None else sigma_y
     return np.hypot(sigma_x * w[..., 0], sigma_y * w[..., 1])
 
 
-def smith_lambda(
-    w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None
-) -> Array:
+def smith_lambda(w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None) -> Array:
     """Smith's Λ of directions w, shape (..., 3), in (−∞, ∞); see the module for the formula.
 
     Λ ≥ 0 for w_z > 0, with relative accuracy also where it is tiny;
@@ -71,7 +67,7 @@ def smith_lambda(
     w = np.asarray(w, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         x = np.sqrt(2) * np.abs(w[..., 2]) / projected_roughness(w, sigma_x, sigma_y)
-    x = np.where(np.isnan(x), 0.0, x)  # σ = 0 at the horizon: still the horizon
+    x = np.where(w[..., 2] == 0, 0.0, x)  # 0/0 if σ = 0, but still the horizon
     value = lambda_of_x(x, 2 * gamma - 2)
     return np.where(w[..., 2] < 0, -1 - value, value)
 
@@ -80,14 +76,16 @@ def lambda_of_x(x: ArrayLike, nu: float) -> Array:
     """Λ as a function of x = √2 cotθ/σ ≥ 0 and ν = 2γ − 2 > 1; ∞ at x = 0."""
     x = np.asarray(x, dtype=np.float64)
     flat = np.atleast_1d(x).ravel()
-    value = np.zeros_like(flat)
-    value[flat == 0] = np.inf
-    series = (flat**2 >= nu) & np.isfinite(flat)
+    value = np.full_like(flat, np.nan)  # stays where x is no number or negative
+    value[flat == 0], value[np.isinf(flat)] = np.inf, 0.0
+    series = (flat >= np.sqrt(nu)) & np.isfinite(flat)
     laguerre = ~series & (flat >= _LAGUERRE_FROM) & np.isfinite(flat)
     direct = ~series & ~laguerre & (flat > 0) & np.isfinite(flat)
-    for where, form in ((series, _series), (laguerre, _laguerre), (direct, _direct)):
-        if where.any():
-            value[where] = form(flat[where], nu)
+    # Overflow: to an infinite Λ near x = 0, and of x² far out, where Λ is 0 if ν = ∞.
+    with np.errstate(over="ignore"):
+        for where, form in ((series, _series), (laguerre, _laguerre), (direct, _direct)):
+            if where.any():
+                value[where] = form(flat[where], nu)
     return value.reshape(x.shape)
 
 
@@ -96,10 +94,8 @@ def _leading(x: Array, nu: float) -> Array:
     constant = log_student_constant(nu)
     if np.isinf(nu):
         return np.asarray(np.exp(constant - x**2 / 2) / x)
-    with np.errstate(over="ignore"):  # x near 0: Λ is infinite there
-        return np.asarray(
-            np.exp(constant - (nu - 1) / 2 * np.log1p(x**2 / nu)) * (nu / ((nu - 1) * x))
-        )
+    power = np.exp(constant - (nu - 1) / 2 * np.log1p(x**2 / nu))
+    return np.asarray(power * (nu / ((nu - 1) * x)))
 
 
 def _direct(x: Array, nu: float) -> Array:
@@ -112,14 +108,15 @@ def _series(x: Array, nu: float) -> Array:
 
     Both parts of the difference expanded in z; every term is positive.
     """
-    with np.errstate(over="ignore"):
-        z = 1 / (1 + x * (x / nu))
+    ratio2 = (np.sqrt(nu) / x) ** 2
+    z = ratio2 / (1 + ratio2)
     total = np.zeros_like(z)
     for k in range(_TERMS - 1, -1, -1):
         total = total * z + _COEFFICIENTS[k] * (2 * k + 1) / (nu + 2 * k)
-    with np.errstate(divide="ignore"):
-        log_power = nu / 2 * np.log(z)
-    return np.asarray(np.exp(log_student_constant(nu) + log_power) * (np.sqrt(nu) / (nu - 1)) * total)
+    # z^(ν/2) without z, which underflows first.
+    log_power = -nu * (np.log(x / np.sqrt(nu)) + np.log1p(ratio2) / 2)
+    power = np.exp(log_student_constant(nu) + log_power)
+    return np.asarray(power * (np.sqrt(nu) / (nu - 1)) * total)
 
 
 def _laguerre(x: Array, nu: float) -> Array:
@@ -153,6 +150,5 @@ def g2_height_correlated(
     """G2 = 1/(1+Λ(i)+Λ(o)) (Heitz 2014, eq. 99), for facets that face both."""
     seen_i, seen_o = g1(i, gamma, sigma_x, sigma_y), g1(o, gamma, sigma_x, sigma_y)
     # The same in terms of G1, which stays finite at the horizon where Λ is not.
-    with np.errstate(invalid="ignore"):
-        value = seen_i * seen_o / (seen_i + seen_o - seen_i * seen_o)
-    return np.where((seen_i > 0) & (seen_o > 0), value, 0.0)
+    with np.errstate(divide="ignore", over="ignore"):
+        return np.asarray(1 / (1 / seen_i + 1 / seen_o - 1))

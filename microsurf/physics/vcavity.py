@@ -11,9 +11,7 @@ def g1(w: ArrayLike, m: ArrayLike) -> Array:
     w, m = np.asarray(w, dtype=np.float64), np.asarray(m, dtype=np.float64)
     facing = np.sum(w * m, axis=-1)
     seen = (facing > 0) & (w[..., 2] > 0) & (m[..., 2] > 0)
-    return np.where(
-        seen, np.minimum(1, 2 * m[..., 2] * w[..., 2] / np.where(seen, facing, 1)), 0.0
-    )
+    return np.where(seen, np.minimum(1, 2 * m[..., 2] * w[..., 2] / np.where(seen, facing, 1)), 0.0)
 
 
 def g2(i: ArrayLike, o: ArrayLike, m: ArrayLike) -> Array:

@@ -1,0 +1,31 @@
+# Two commands: `make validate` runs the main job, `make test` the tests. Each sets up what it needs.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+# Where measured surfaces lie, if you have any; tests that use them skip without.
+export MICROSURF_DATA ?=
+
+.PHONY: validate test test-long lint clean
+
+validate: $(READY)
+	$(BIN)/microsurf validate
+
+test: $(READY) lint
+	$(BIN)/pytest
+
+test-long: $(READY)
+	$(BIN)/pytest -m "long or not long"
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[dev]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) reports/latest

@@ -1,0 +1,99 @@
+"""Options that commands share, and the scene they make together."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import scene_file
+from ..scene import Scene
+
+
+class Numbers(click.ParamType[tuple[float, ...]]):
+    """One number, or several separated by commas."""
+
+    name = "numbers"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        """Split and convert."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            return tuple(float(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not a number, nor numbers separated by commas", param, ctx)
+
+
+NUMBERS = Numbers()
+PATH = click.Path(path_type=Path)
+
+
+def together(*options: Callable[..., Any]) -> Callable[..., Any]:
+    """Stack options that several commands share, in the order they read in --help."""
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout.")
+seed = click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+workers = click.option("--workers", type=click.IntRange(1), help="Threads; default all cores.")
+light = together(
+    click.option("--theta", type=NUMBERS, help="Incidence θ in degrees, e.g. 0,30,60."),
+    click.option("--phi", type=NUMBERS, help="Azimuth of incidence in degrees, from +x."),
+)
+roughness = together(
+    click.option("--gamma", type=float, help="Shape γ of the slopes, > 1.5; 2 is GGX."),
+    click.option("--sigma", type=float, help="Roughness σ ≥ 0 (along x)."),
+    click.option("--sigma-y", type=float, help="Roughness along y, if another."),
+)
+material = together(
+    click.option("--n", type=float, help="Relative index ≥ 1; 1 = no interface. Default 1.5."),
+    click.option("--kd", type=NUMBERS, help="Substrate albedo 0 … 1, or several. Default 0.8."),
+)
+generated = together(
+    click.option("--cells", type=int, help="Cells a side. Default 512."),
+    click.option("--correlation", type=float, help="Correlation length in cells. Default 8."),
+    click.option("--structure", help="How heights and slopes are related. Default independent."),
+)
+
+
+def compose(file: Path | None, **given: Any) -> Scene:
+    """Build the scene of a command: its file, if any, with the options over it."""
+    base = scene_file.read(file) if file else Scene()
+
+    def over(part: Any, **values: Any) -> Any:
+        return replace(part, **{k: v for k, v in values.items() if v is not None})
+
+    sigma = given.get("sigma")
+    if given.get("sigma_y") is not None:
+        sigma = (base.roughness.sigma_x if sigma is None else sigma, given["sigma_y"])
+    if given.get("theta") is not None and base.expect:
+        base = replace(base, expect={})  # what a scene expects is said for its own angles
+    surface_file = given.get("surface_file")
+    return replace(
+        base,
+        material=over(base.material, n=given.get("n"), kd=given.get("kd")),
+        roughness=over(base.roughness, gamma=given.get("gamma"), sigma=sigma),
+        surface=over(
+            base.surface,
+            cells=given.get("cells"),
+            correlation=given.get("correlation"),
+            structure=given.get("structure"),
+            realisations=given.get("realisations"),
+            file=str(surface_file) if surface_file else None,
+            spacing=given.get("spacing"),
+            boundary=given.get("boundary"),
+            level=given.get("level"),
+        ),
+        light=over(base.light, theta=given.get("theta"), phi=given.get("phi")),
+        accuracy=over(base.accuracy, paths=given.get("paths")),
+    )

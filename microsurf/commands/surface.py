@@ -1,0 +1,58 @@
+"""microsurf surface: make a heightfield and say what it realises."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import memory, surface
+from ..files import check_writable
+from .options import PATH, as_json, compose, generated, seed
+from .output import check_ending, show
+
+_ASKED = ("gamma", "sigma_x", "sigma_y", "cells", "correlation", "seed", "iterations")
+
+
+@click.command("surface")
+@click.option("--gamma", type=float, required=True, help="Shape γ of the slopes, > 1.5; 2 is GGX.")
+@click.option("--sigma", type=float, required=True, help="Roughness σ ≥ 0 (along x).")
+@click.option("--sigma-y", type=float, help="Roughness along y, if another.")
+@generated
+@click.option("--spacing", type=float, help="Side of a cell in your unit of length. Default 1.")
+@seed
+@click.option("--out", type=PATH, required=True, help="FILE.npz, .npy, .ply, .obj or .stl.")
+@as_json
+def make_surface(as_json: bool, seed: int, out: Path, **given: Any) -> None:
+    """Make a heightfield whose facet slopes follow Student's t-distribution.
+
+    Example: microsurf surface --gamma 2 --sigma 0.5 --seed 7 --out ggx.npz
+    """
+    wanted = compose(None, **given)
+    check_ending(out, *surface.ENDINGS)
+    check_writable(out)
+    memory.require(wanted.surface.cells**2, memory.SURFACE_BYTES_PER_CELL, "--cells")
+    begin = time.perf_counter()
+    made = surface.generate_surface(
+        wanted.roughness.gamma,
+        wanted.roughness.sigma_x,
+        wanted.roughness.sigma_y,
+        cells=wanted.surface.cells,
+        correlation=wanted.surface.correlation,
+        spacing=wanted.surface.spacing or 1.0,
+        seed=seed,
+    )
+    seconds = time.perf_counter() - begin
+    surface.write_surface(made, out)
+    rough = wanted.roughness
+    realised = surface.surface_statistics(made, rough.gamma, rough.sigma_x, rough.sigma_y)
+    realised["realised_correlation"] = realised.pop("correlation")
+    show(
+        {
+            **{key: made.recipe[key] for key in _ASKED},
+            **realised,
+            "seconds": seconds,
+            "file": str(out),
+        },
+        as_json,
+    )

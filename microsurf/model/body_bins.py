@@ -1,0 +1,144 @@
+"""The body lobe integrated over the detector's bins.
+
+The lobe is smooth in o: it is evaluated on Gauss–Legendre panels in θ_o and in
+Δ = φ_o − φ_i, and its Legendre series is integrated exactly over each ring and
+sector. Panels end where the lobe is not smooth (θ_o = θ_i, where the lines of i
+and o in the slope plane coincide at Δ = 0; Δ = 0 and 180°) and get shorter
+towards grazing, where masking changes over an angle σ.
+"""
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from .. import result
+from . import single
+from .quadrature import gauss
+from .single import Facets
+
+Array = NDArray[np.float64]
+
+_POLAR_NODES = 12  # of each panel in θ_o
+_AZIMUTH_NODES = (16, 32, 64)  # of half a circle: the next if the series has not ended
+_SERIES_TOLERANCE = 1e-8  # last coefficients over the first
+_PROBES = 12  # directions at which the error of the quadrature is measured
+
+
+def direction(theta: Array | float, phi: Array | float) -> Array:
+    """Unit directions, shape (..., 3), from angles in radians."""
+    theta, phi = np.broadcast_arrays(theta, phi)
+    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
+    return np.stack([x, y, np.cos(theta)], axis=-1)
+
+
+def body_bins(
+    facets: Facets, theta_i: float, phi_i: float, refinement: float = 1.0
+) -> tuple[Array, float]:
+    """Energy ∫ f_b cosθ_o dω in each bin at unit body weight, and its relative error.
+
+    The error is the larger of what half as many nodes again change in f_b at some
+    directions and what the last terms of the series in Δ are to the first.
+
+    Parameters
+    ----------
+    facets : Facets
+        The rough interface.
+    theta_i, phi_i : float
+        Incidence in radians, θ_i in [0, π/2).
+    refinement : float
+        Factor on all numbers of nodes.
+
+    Returns
+    -------
+    energy : array, shape (rings, sectors)
+    error : float
+
+    """
+    count = int(np.ceil(_POLAR_NODES * refinement))
+    breaks = _polar_breaks(facets, theta_i)
+    edges = np.radians(result.RING_EDGES)
+    panels = [_panel(low, high, count, edges) for low, high in zip(breaks, breaks[1:], strict=False)]
+    theta = np.concatenate([nodes for nodes, _, _ in panels])
+    to_rings = np.concatenate([matrix for _, matrix, _ in panels], axis=1)
+    sectors, error = _sectors(facets, theta_i, phi_i, theta, 0.0, refinement)
+    if facets.isotropic:
+        sectors += sectors[:, -np.arange(result.SECTORS) % result.SECTORS]
+    else:
+        others, tail = _sectors(facets, theta_i, phi_i, theta, np.pi, refinement)
+        sectors, error = sectors + others, max(error, tail)
+    probed = _quadrature_error(facets, theta_i, phi_i, theta, refinement)
+    return to_rings @ sectors, max(error, probed)
+
+
+def _panel(low: float, high: float, count: int, edges: Array) -> tuple[Array, Array, Array]:
+    """Nodes, matrix from values there to integrals between edges, matrix to the Legendre series."""
+    x, w = gauss(count)
+    k = np.arange(count)
+    series = (legendre.legvander(x, count - 1) * w[:, None]).T * (k[:, None] + 0.5)
+    y = np.clip((2 * edges - low - high) / (high - low), -1, 1)
+    at_edges = legendre.legvander(y, count)
+    # ∫ P_k = (P_(k+1) − P_(k−1))/(2k+1), and x for k = 0.
+    primitive = at_edges[:, 1:].copy()
+    primitive[:, 1:] -= at_edges[:, :-2]
+    primitive /= 2 * k + 1
+    half = (high - low) / 2
+    return (low + high) / 2 + half * x, half * np.diff(primitive, axis=0) @ series, series
+
+
+def _polar_breaks(facets: Facets, theta_i: float) -> list[float]:
+    """Ends of the panels in θ_o, in radians."""
+    scale = 1.5 * min(facets.sigma_x, facets.sigma_y)
+    distance = np.pi / 2
+    breaks = {0.0, np.pi / 2}
+    while distance > scale:
+        distance /= 3
+        # A panel between θ_i and a break beside it would be wasted.
+        if not 0.8 < distance / (np.pi / 2 - theta_i) < 1.25:
+            breaks.add(np.pi / 2 - distance)
+    if theta_i > 0:
+        breaks.add(theta_i)
+    return sorted(breaks)
+
+
+def _sectors(
+    facets: Facets, theta_i: float, phi_i: float, theta: Array, start: float, refinement: float
+) -> tuple[Array, float]:
+    """∫ f_b cosθ sinθ dΔ over each sector, Δ in start … start + π, and the last terms' share."""
+    # The last edge closes the sector about Δ = 0 from below.
+    edges = np.radians(np.append(result.SECTOR_EDGES, 365.0))
+    integrals = np.zeros((len(theta), result.SECTORS + 1))
+    tails = np.ones(len(theta))
+    for count in _AZIMUTH_NODES:
+        rows = np.flatnonzero(tails > _SERIES_TOLERANCE)
+        if not rows.size:
+            break
+        nodes = int(np.ceil(count * refinement))
+        delta, to_sectors, series = _panel(start, start + np.pi, nodes, edges)
+        values = _flux_density(facets, theta_i, phi_i, theta[rows, None], delta, 1.0 * refinement)
+        integrals[rows] = values @ to_sectors.T
+        terms = np.abs(values @ series.T)
+        tails[rows] = terms[:, -2:].max(axis=1) / terms[:, 0]
+    integrals[:, 0] += integrals[:, -1]
+    return integrals[:, :-1], float(tails.max())
+
+
+def _flux_density(
+    facets: Facets, theta_i: float, phi_i: float, theta: Array, delta: Array, refinement: float
+) -> Array:
+    """f_b cosθ_o sinθ_o, θ_o and Δ broadcast."""
+    o = direction(theta, phi_i + delta)
+    i = np.broadcast_to(direction(theta_i, phi_i), o.shape)
+    f = single.body(facets, i.reshape(-1, 3), o.reshape(-1, 3), refinement)
+    return np.asarray(f.reshape(o.shape[:-1]) * np.cos(theta) * np.sin(theta))
+
+
+def _quadrature_error(
+    facets: Facets, theta_i: float, phi_i: float, theta: Array, refinement: float
+) -> float:
+    """Largest relative change of f_b over some directions with half as many nodes again."""
+    chosen = theta[np.linspace(0, len(theta) - 1, _PROBES).astype(int)]
+    # The golden angle: azimuths that repeat no symmetry of the lobe.
+    delta = np.arange(_PROBES) * np.pi * (3 - np.sqrt(5))
+    coarse = _flux_density(facets, theta_i, phi_i, chosen, delta, refinement)
+    fine = _flux_density(facets, theta_i, phi_i, chosen, delta, 1.5 * refinement)
+    return float(np.max(np.abs(coarse / fine - 1)))

@@ -1,0 +1,116 @@
+"""The figures of a result: albedos by order and kind, their standard errors, the losses."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from . import result
+
+QUANTITIES = {
+    "specular": "order-1 specular albedo",
+    "body": "order-1 body albedo",
+    "total": "total albedo",
+}
+
+
+def by_order(dataset: xr.Dataset, n: float, kd: float) -> xr.DataArray:
+    """Albedo by realisation, theta_i, phi_i, order (1, 2, 3, 4+) and kind."""
+    energy = result.by_kind(result.hemispherical(dataset.flux), n, kd)
+    return energy.reindex(order=list(result.ORDERS), fill_value=0.0)
+
+
+def quantity(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
+    """One of QUANTITIES by realisation, theta_i and phi_i."""
+    albedos = by_order(dataset, n, kd)
+    if name == "total":
+        return albedos.sum(("order", "kind"))
+    return albedos.sel(order=1, kind=name, drop=True)
+
+
+def ray_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
+    """Standard error of `quantity` in each realisation from its number of rays alone.
+
+    Paths are independent draws of a weight w^b, so their counts hold the variance
+    (an upper bound: the beam is stratified).
+    """
+    squared = _second_moment(dataset, name, n, kd)
+    mean = quantity(dataset, name, n, kd)
+    variance = (squared - mean**2).clip(min=0)
+    if "paths" not in dataset:
+        return variance * 0
+    return xr.DataArray(np.sqrt(variance / dataset.paths))
+
+
+def _second_moment(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
+    weights = result.body_weights(dataset.sizes["body_events"], n, kd) ** 2
+    flux = result.hemispherical(dataset.flux)
+    weighted = flux * flux.path_weight * xr.DataArray(weights, dims="body_events")
+    if name == "total":
+        return weighted.sum(("order", "body_events"))
+    first = weighted.sel(order=1, drop=True)
+    if name == "specular":
+        return first.isel(body_events=0, drop=True)
+    return first.isel(body_events=slice(1, None)).sum("body_events")
+
+
+def standard_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
+    """Standard error of the mean over realisations; of the rays alone if there is only one."""
+    count = dataset.sizes["realisation"]
+    if count == 1:
+        return ray_error(dataset, name, n, kd).isel(realisation=0, drop=True)
+    spread = quantity(dataset, name, n, kd).std("realisation", ddof=1)
+    return xr.DataArray(spread / np.sqrt(count))
+
+
+def lost_paths(dataset: xr.Dataset) -> xr.DataArray:
+    """Fraction of paths lost, by theta_i and phi_i."""
+    lost = dataset.ended.isel(cause=dataset.lost.values).sum(("cause", "realisation"))
+    return xr.DataArray(lost / dataset.paths.sum("realisation"))
+
+
+def _listed(values: list[Any]) -> Any:
+    return values[0] if len(values) == 1 else values
+
+
+def figures(dataset: xr.Dataset, n: float, kds: tuple[float, ...]) -> dict[str, Any]:
+    """Albedo, its standard error, and albedo by order, specular and body apart.
+
+    Figures become lists over the angles (θ outermost) if there are several, and
+    within them over Kd if there are several.
+    """
+    report: dict[str, list[Any]] = {}
+    cells = {
+        kd: {
+            "mean": by_order(dataset, n, kd).mean("realisation").stack(angle=("theta_i", "phi_i")),
+            "se": standard_error(dataset, "total", n, kd).stack(angle=("theta_i", "phi_i")),
+        }
+        for kd in kds
+    }
+    for angle in range(dataset.sizes["theta_i"] * dataset.sizes["phi_i"]):
+        rows: dict[str, list[Any]] = {}
+        for kd in kds:
+            mean = cells[kd]["mean"].isel(angle=angle)
+            entry = {
+                "albedo": float(mean.sum()),
+                "albedo_se": float(cells[kd]["se"].isel(angle=angle)),
+                "albedo_by_order": mean.sum("kind").values.tolist(),
+                "specular_by_order": mean.sel(kind="specular").values.tolist(),
+                "body_by_order": mean.sel(kind="body").values.tolist(),
+            }
+            for key, value in entry.items():
+                rows.setdefault(key, []).append(value)
+        for key, values in rows.items():
+            report.setdefault(key, []).append(_listed(values))
+    return {key: _listed(values) for key, values in report.items()}
+
+
+def losses(dataset: xr.Dataset) -> dict[str, Any]:
+    """Fraction of paths lost at each angle, and paths lost by cause."""
+    total = dataset.ended.sum(("realisation", "theta_i", "phi_i"))
+    return {
+        "lost": _listed(lost_paths(dataset).values.ravel().tolist()),
+        "lost_by_cause": {
+            str(cause): int(total.sel(cause=cause)) for cause in dataset.cause.values[dataset.lost]
+        },
+    }

@@ -1,0 +1,28 @@
+"""Explicit microgeometry: heightfields, made, read, levelled, described and fitted."""
+
+from .files import ENDINGS, read_surface, write_surface
+from .fit import StdFit, fit_std
+from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
+from .level import level
+from .of_scene import realisation_seed, surfaces_of
+from .statistics import surface_statistics
+from .synthesis import from_recipe, generate_surface
+
+__all__ = [
+    "ENDINGS",
+    "Heightfield",
+    "Mesh",
+    "StdFit",
+    "facet_normals",
+    "facet_slopes",
+    "fit_std",
+    "from_recipe",
+    "generate_surface",
+    "level",
+    "mesh",
+    "read_surface",
+    "realisation_seed",
+    "surface_statistics",
+    "surfaces_of",
+    "write_surface",
+]

@@ -1,0 +1,5 @@
+"""What an explicit surface does to light: beam, rays, facet events, detector."""
+
+from .measure import measure
+
+__all__ = ["measure"]

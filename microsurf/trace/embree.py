@@ -1,0 +1,79 @@
+"""Embree behind one checked wrapper: the only file that knows embreex.
+
+What is checked here is read out of bounds, or silently missed, by the library:
+rays must be float32, one direction for each origin, finite, and not zero.
+"""
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .grid import Grid, triangles
+
+Rays = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Hits:
+    """First triangle met by each ray, each array of shape (rays,).
+
+    Its number, −1 for none, and the weights u, v of its second and third vertex.
+    """
+
+    triangle: NDArray[np.int32]
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+
+
+class EmbreeTile:
+    """A tile's triangles, ready for rays from any number of threads."""
+
+    def __init__(self, grid: Grid) -> None:
+        try:
+            from embreex.mesh_construction import TriangleMesh
+            from embreex.rtcore_scene import EmbreeScene
+        except ImportError as error:
+            raise InputError(
+                f"embreex is not installed: it has wheels for Linux x86-64, macOS and Windows, "
+                f"none for this machine ({sys.platform}); trace on one of those, "
+                "everything but tracing works here"
+            ) from error
+        self.grid = grid
+        self._scene = EmbreeScene(robust=True)
+        self._mesh = TriangleMesh(self._scene, *triangles(grid))
+        # Commit is lazy and not thread-safe: it happens at the first ray, here.
+        self.intersect(
+            np.array([[0, 0, grid.top + 1]], np.float32), np.array([[0, 0, -1]], np.float32)
+        )
+
+    def intersect(self, origins: Rays, directions: Rays) -> Hits:
+        """Find the first hit of each ray, from t = 0 on; releases the GIL.
+
+        Raises
+        ------
+        ValueError
+            If the arrays are not two C-contiguous float32 arrays of the same shape
+            (rays, 3), not finite, or hold a zero direction.
+
+        """
+        _check(origins, directions)
+        found = self._scene.run(origins, directions, output=True)
+        return Hits(found["primID"], found["u"], found["v"])
+
+
+def _check(origins: Rays, directions: Rays) -> None:
+    for name, array in (("origins", origins), ("directions", directions)):
+        if array.dtype != np.float32 or array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"{name}: {array.dtype} {array.shape}, must be float32 (rays, 3)")
+        if not array.flags.c_contiguous:
+            raise ValueError(f"{name}: must be contiguous")
+    if origins.shape != directions.shape:
+        raise ValueError(f"{len(origins)} origins and {len(directions)} directions")
+    # A sum is finite only if every term is, and costs a fifth of isfinite on each.
+    if not np.isfinite(origins.sum(dtype=np.float64) + directions.sum(dtype=np.float64)):
+        raise ValueError("rays must be finite")
+    if not np.abs(directions).max(axis=1, initial=0).all():
+        raise ValueError("a ray has no direction")

@@ -1,0 +1,96 @@
+"""The triangulated tile that rays meet: periodic heights in cell units, with a margin.
+
+The tile is centred, so that float32 coordinates are as fine as they can be, and
+its triangles go on one cell beyond each edge: a ray that leaves is continued from
+inside the mesh on the other side, and nowhere does light depend on two edges that
+round alike.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MARGIN = 1
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Vertices of the tile with its margin, as they are given to Embree.
+
+    Attributes
+    ----------
+    heights : ndarray of float32, shape (rows + 2 MARGIN + 1, columns + 2 MARGIN + 1)
+        Heights of all vertices in cells.
+    flipped : ndarray of bool, shape (rows + 2 MARGIN, columns + 2 MARGIN)
+        Cells split by the other diagonal.
+    rows, columns : int
+        Cells of the period.
+
+    """
+
+    heights: NDArray[np.float32]
+    flipped: NDArray[np.bool_]
+    rows: int
+    columns: int
+
+    @property
+    def x0(self) -> float:
+        """x of the first column of vertices, margin included."""
+        return float(-(self.columns // 2) - MARGIN)
+
+    @property
+    def y0(self) -> float:
+        """y of the first row of vertices, margin included."""
+        return float(-(self.rows // 2) - MARGIN)
+
+    @property
+    def bottom(self) -> float:
+        """Lowest height."""
+        return float(self.heights.min())
+
+    @property
+    def top(self) -> float:
+        """Greatest height."""
+        return float(self.heights.max())
+
+    @property
+    def reach(self) -> float:
+        """Largest absolute coordinate, the scale of float32 rounding."""
+        return max(-self.x0, -self.y0, abs(self.bottom), abs(self.top))
+
+
+def from_heights(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> Grid:
+    """Add the margin to one period of heights in cells, shape (rows, columns)."""
+    rows, columns = heights.shape
+    j = np.arange(-MARGIN, rows + MARGIN + 1) % rows
+    i = np.arange(-MARGIN, columns + MARGIN + 1) % columns
+    return Grid(
+        heights=np.ascontiguousarray(heights.astype(np.float32)[np.ix_(j, i)]),
+        flipped=np.ascontiguousarray(flipped[np.ix_(j[:-1], i[:-1])]),
+        rows=rows,
+        columns=columns,
+    )
+
+
+def triangles(grid: Grid) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Vertices (k, 3) and indices (2 cells, 3); triangle 2c + s is side s of cell c.
+
+    Side 0 holds the corner (x+1, y), side 1 the corner (x, y+1) of an ordinary cell;
+    in a flipped one side 0 holds (x, y) and side 1 (x+1, y+1).
+    """
+    height, width = grid.heights.shape
+    vertices = np.zeros((height * width, 3), dtype=np.float32)
+    vertices[:, 0] = np.tile(grid.x0 + np.arange(width), height)
+    vertices[:, 1] = np.repeat(grid.y0 + np.arange(height), width)
+    vertices[:, 2] = grid.heights.ravel()
+    index = np.arange(height * width, dtype=np.int32).reshape(height, width)
+    h00, h10 = index[:-1, :-1], index[:-1, 1:]
+    h01, h11 = index[1:, :-1], index[1:, 1:]
+    flip = grid.flipped
+    faces = np.zeros((height - 1, width - 1, 2, 3), dtype=np.int32)
+    faces[..., 0, 0], faces[..., 0, 1] = h00, h10
+    faces[..., 0, 2] = np.where(flip, h01, h11)
+    faces[..., 1, 0] = np.where(flip, h10, h00)
+    faces[..., 1, 1], faces[..., 1, 2] = h11, h01
+    return vertices, faces.reshape(-1, 3)

@@ -1,0 +1,149 @@
+"""The main job: measure and predict each scene, compare, and keep what the report shows."""
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from . import model, summary, verdict
+from .scene import Scene
+from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
+from .trace import measure
+
+MODELS = ("smith", "smith-separable", "vcavity")
+"""What each scene is compared with; verdicts are about the first."""
+
+_BOOKS = 1e-12
+_BECKMANN = 1e9  # stands for a fitted γ = ∞: the same to nine digits
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What one scene came to.
+
+    Attributes
+    ----------
+    name : str
+        Of the scene file.
+    measured : xarray.Dataset
+        The measurement, see `microsurf.result`.
+    predicted : dict
+        Predictions by model, in the order of MODELS.
+    comparisons : list of Comparison
+        Against the first model.
+    broken : list of str
+        Invariants that do not hold; empty unless something is wrong with microsurf.
+    heightfield : Heightfield or None
+        First realisation; None for a flat scene.
+    statistics : dict
+        Of its facet slopes, see `surface.surface_statistics`.
+    fit : StdFit or None
+        STD fitted to a surface that was not generated.
+    seconds : float
+        All of it.
+
+    """
+
+    name: str
+    scene: Scene
+    measured: xr.Dataset
+    predicted: dict[str, xr.Dataset]
+    comparisons: list[verdict.Comparison]
+    broken: list[str]
+    heightfield: Heightfield | None = None
+    statistics: dict[str, Any] = field(default_factory=dict)
+    fit: StdFit | None = None
+    seconds: float = 0.0
+
+
+def validate_scene(
+    name: str, scene: Scene, *, seed: int = 0, workers: int | None = None, progress: bool = False
+) -> Validation:
+    """Measure, predict and compare one scene.
+
+    A surface that comes from a file is compared with the STD fitted to its facet
+    slopes by maximum likelihood.
+    """
+    begin = time.perf_counter()
+    surfaces = list(surfaces_of(scene, seed)) if scene.requires.roughness else None
+    measured = measure(scene, surfaces, seed=seed, workers=workers, progress=progress)
+    fit, theory = None, scene
+    if scene.surface.file is not None and surfaces:
+        fit = fit_std(surfaces[0])
+        theory = fitted_scene(scene, fit)
+    predicted = {key: model.predict(theory, key) for key in _models(scene)}
+    roughness = theory.roughness
+    return Validation(
+        name=name,
+        scene=theory,
+        measured=measured,
+        predicted=predicted,
+        comparisons=verdict.compare(measured, next(iter(predicted.values())), theory),
+        broken=broken_invariants(measured),
+        heightfield=surfaces[0] if surfaces else None,
+        statistics=surface_statistics(
+            surfaces[0], roughness.gamma, roughness.sigma_x, roughness.sigma_y
+        )
+        if surfaces
+        else {},
+        fit=fit,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _models(scene: Scene) -> tuple[str, ...]:
+    return MODELS if scene.requires.roughness else ("flat",)
+
+
+def fitted_scene(scene: Scene, fit: StdFit) -> Scene:
+    """The scene with the roughness fitted to its surface in place of the stated one."""
+    gamma = min(fit.gamma, _BECKMANN)
+    return replace(scene, roughness=replace(scene.roughness, gamma=gamma, sigma=(fit.sigma,)))
+
+
+def broken_invariants(measured: xr.Dataset) -> list[str]:
+    """Check what must hold whatever the surface: every path is accounted for."""
+    accounted = measured.arrived + measured.ended.sum("cause")
+    gap = float(np.abs(accounted / measured.paths - 1).max())
+    if gap > _BOOKS:
+        return [f"energy: arrived + ended − 1 = {gap:.1e}, must be below {_BOOKS:.0e}"]
+    return []
+
+
+def as_json(entry: Validation) -> dict[str, Any]:
+    """The figures of one scene for report.json."""
+    material = entry.scene.material
+    return {
+        "name": entry.name,
+        "title": entry.scene.title,
+        "comparisons": [{**vars(row), "unexpected": row.unexpected} for row in entry.comparisons],
+        "broken": entry.broken,
+        "measured": {
+            **summary.figures(entry.measured, material.n, material.kd),
+            **summary.losses(entry.measured),
+            "paths": int(entry.measured.paths.sum()),
+            "rays": int(entry.measured.attrs["rays"]),
+            "tracing_seconds": entry.measured.attrs["seconds"],
+            "embree_ratio": entry.measured.attrs["embree_ratio"],
+        },
+        "predicted": {
+            key: summary.figures(prediction, material.n, material.kd)
+            for key, prediction in entry.predicted.items()
+        },
+        "surface": entry.statistics,
+        "fit": None if entry.fit is None else _finite(vars(entry.fit)),
+        "seconds": entry.seconds,
+    }
+
+
+def _finite(values: dict[str, Any]) -> dict[str, Any]:
+    """JSON has no ∞: a fitted γ without bound becomes the text "inf"."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return [plain(v) for v in value]
+        return "inf" if isinstance(value, float) and np.isinf(value) else value
+
+    return {key: plain(value) for key, value in values.items()}

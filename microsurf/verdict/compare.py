@@ -1,0 +1,134 @@
+"""Each difference between geometry and theory as an effect size with its confidence interval.
+
+A comparison *holds* if the whole interval of the relative difference lies within
+the scene's margin, *departs* if all of it lies outside, and is *undecided* else.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from .. import summary
+from ..scene import Expectation, Scene
+
+CONFIDENCE = 0.95
+
+_DEFAULT = Expectation(verdict=("holds|departs|undecided",), margin=0.05)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity at one incidence: what was measured, what was predicted, what follows.
+
+    ``effect`` is measured/predicted − 1, ``low`` and ``high`` its confidence interval
+    over the realisations (over the rays where there is one surface only, ``basis``).
+    """
+
+    quantity: str
+    theta_i: float
+    phi_i: float
+    kd: float
+    measured: float
+    standard_error: float
+    predicted: float
+    effect: float
+    low: float
+    high: float
+    basis: str
+    margin: float
+    verdict: str
+    expected: str
+    why: str
+
+    @property
+    def unexpected(self) -> bool:
+        """Whether the verdict is none of those the scene expects."""
+        return self.verdict not in self.expected.split("|")
+
+
+def compare(measured: xr.Dataset, predicted: xr.Dataset, scene: Scene) -> list[Comparison]:
+    """Compare what the scene has of order-1 specular, order-1 body and total albedo.
+
+    Quantities that the theory says are zero (no interface, no substrate) are left
+    out. One comparison for each quantity, angle and Kd.
+    """
+    needs = scene.requires
+    names = [
+        name
+        for name, wanted in (
+            ("specular", needs.interface),
+            ("body", needs.substrate),
+            ("total", needs.interface or needs.substrate),
+        )
+        if wanted
+    ]
+    rows = []
+    for name in names:
+        expectation = scene.expect.get(name, _DEFAULT)
+        for kd in scene.material.kd:
+            if name == "body" and kd == 0:
+                continue
+            of = [summary.quantity(d, name, scene.material.n, kd) for d in (measured, predicted)]
+            noise = summary.ray_error(measured, name, scene.material.n, kd)
+            for t, theta in enumerate(scene.light.theta):
+                for p, phi in enumerate(scene.light.phi):
+                    place = {"theta_i": t, "phi_i": p}
+                    rows.append(
+                        _comparison(
+                            name, (theta, phi, kd), expectation, t,
+                            of[0].isel(place).values, float(of[1].isel(place).item()),
+                            noise.isel(place).values,
+                        )
+                    )  # fmt: skip
+    return rows
+
+
+def _comparison(
+    name: str,
+    place: tuple[float, float, float],
+    expectation: Expectation,
+    angle: int,
+    values: np.ndarray,
+    prediction: float,
+    noise: np.ndarray,
+) -> Comparison:
+    """Decide on one quantity at one angle from its value on each realisation."""
+    count = len(values)
+    if count > 1:
+        error = float(values.std(ddof=1) / np.sqrt(count))
+        factor = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1))
+    else:
+        error = float(noise[0])
+        factor = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
+    mean = float(values.mean())
+    effect, half = mean / prediction - 1, factor * error / prediction
+    low, high = effect - half, effect + half
+    expected = expectation.verdict[angle % len(expectation.verdict)]
+    return Comparison(
+        quantity=name,
+        theta_i=place[0],
+        phi_i=place[1],
+        kd=place[2],
+        measured=mean,
+        standard_error=error,
+        predicted=prediction,
+        effect=effect,
+        low=low,
+        high=high,
+        basis=f"{count} surfaces" if count > 1 else "rays on one surface",
+        margin=expectation.margin,
+        verdict=decide(low, high, expectation.margin),
+        expected=expected,
+        why=expectation.why,
+    )
+
+
+def decide(low: float, high: float, margin: float) -> str:
+    """Say holds, departs or undecided of an interval [low, high] and a margin ±margin."""
+    if -margin <= low and high <= margin:
+        return "holds"
+    if low > margin or high < -margin:
+        return "departs"
+    return "undecided"

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from microsurf import summary
+from microsurf.physics import facet
+from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
+from microsurf.surface import Heightfield, generate_surface
+from microsurf.trace import measure
+
+
+def scene(n=1.5, kd=(0.8,), sigma=0.5, theta=(60.0,), paths=100_000, realisations=1, **rest):
+    return Scene(
+        material=Material(n, kd),
+        roughness=Roughness(2.0, (sigma,)),
+        surface=Surface(cells=64, realisations=realisations),
+        light=Light(theta),
+        accuracy=Accuracy(paths),
+        **rest,
+    )
+
+
+def total(measured, n=1.5, kd=0.8):
+    """Total albedo of the first realisation and angle, and its standard error from the rays."""
+    value = summary.quantity(measured, "total", n, kd).values.flat[0]
+    return value, summary.ray_error(measured, "total", n, kd).values.flat[0]
+
+
+def test_same_seed_same_bits_whatever_the_workers():
+    asked = scene(paths=600_000)  # three pieces
+    one, two, other = (measure(asked, seed=s, workers=w) for s, w in ((5, 1), (5, 3), (6, 1)))
+    xr.testing.assert_identical(one.flux, two.flux)
+    xr.testing.assert_identical(one.ended, two.ended)
+    assert not np.array_equal(one.flux.values, other.flux.values)
+
+
+def test_one_trace_answers_every_kd():
+    """Against runs of their own on the same surface, 4 standard errors of the difference."""
+    colours = (0.2, 0.5, 0.8)
+    made = [generate_surface(2.0, 0.5, cells=64, seed=3)]
+    at_once = measure(scene(kd=colours, paths=400_000), made)
+    for seed, kd in enumerate(colours):
+        alone = measure(scene(kd=(kd,), paths=400_000), made, seed=seed + 1)
+        (a, error_a), (b, error_b) = total(at_once, kd=kd), total(alone, kd=kd)
+        assert abs(a - b) <= 4 * np.hypot(error_a, error_b)
+
+
+def test_thinning_long_paths_is_unbiased():
+    """A pit where light bounces hundreds of times; Kd = 1 is never thinned out."""
+    heights = np.zeros((4, 4))
+    heights[0, 0] = 60.0
+    pit = Heightfield(heights)
+    asked = scene(n=1.0, kd=(0.97,), theta=(30.0,), paths=100_000)
+    thinned = measure(asked, [pit])
+    white = measure(scene(n=1.0, kd=(1.0,), theta=(30.0,), paths=100_000), [pit], seed=1)
+    assert thinned.path_weight.max() > 1.5
+    assert (white.path_weight == 1).all()
+    (a, error_a), (b, error_b) = total(thinned, 1.0, 0.97), total(white, 1.0, 0.97)
+    assert abs(a - b) <= 4 * np.hypot(error_a, error_b)
+    long_paths = white.flux.sel(body_events=slice(17, None)).sum()
+    assert long_paths > 0.01  # the comparison is about something
+
+
+@pytest.mark.parametrize("n", [1.0, 1.5])
+def test_a_flat_mesh_and_the_flat_short_cut_give_one_facet(n):
+    theta = (0.0, 30.0, 60.0, 80.0, 89.0)
+    asked = scene(n=n, sigma=0.0, theta=theta)
+    flat = Heightfield(np.zeros((16, 16)))
+    for measured in (measure(asked), measure(asked, [flat])):
+        values = summary.quantity(measured, "total", n, 0.8).values.ravel()
+        errors = summary.ray_error(measured, "total", n, 0.8).values.ravel()
+        expected = facet.albedo(np.cos(np.radians(theta)), n, 0.8)
+        assert (np.abs(values - expected) <= 4 * errors + 1e-12).all()
+
+
+def test_unit_of_length_changes_nothing():
+    made = generate_surface(2.0, 0.5, cells=64, seed=3)
+    asked = scene()
+    base = measure(asked, [made])
+    for factor in (2.0**-30, 2.0**10):
+        scaled = Heightfield(made.heights * factor, spacing=factor)
+        xr.testing.assert_identical(measure(asked, [scaled]).flux, base.flux)
+    value, error = total(base)
+    for factor in (1e-9, 1e3):
+        scaled = Heightfield(made.heights * factor, spacing=factor)
+        assert abs(total(measure(asked, [scaled]))[0] - value) <= 0.1 * error
+
+
+def test_rotating_surface_and_light_together_changes_nothing():
+    """A quarter turn flips the diagonals, so the mesh is another: 4 s.e. + 0.5 %."""
+    made = generate_surface(3.0, 0.3, 0.6, cells=128, seed=3)
+    turned = Heightfield(np.rot90(made.heights, k=-1).copy())  # +x → +y with rows as y
+    a = measure(scene(paths=300_000), [made])
+    asked = scene(paths=300_000)
+    asked = Scene(asked.title, asked.rationale, asked.material, asked.roughness, asked.surface,
+                  Light((60.0,), (90.0,)), asked.accuracy)  # fmt: skip
+    b = measure(asked, [turned], seed=1)
+    for name in ("specular", "body", "total"):
+        x, y = (float(summary.quantity(m, name, 1.5, 0.8).item()) for m in (a, b))
+        e = float(summary.ray_error(a, name, 1.5, 0.8).item())
+        assert abs(x - y) <= 4 * np.sqrt(2) * e + 0.005 * x
+    # Negative control: the light turned alone sees the other roughness.
+    c = measure(asked, [made], seed=2)
+    x, z = (float(summary.quantity(m, "specular", 1.5, 0.8).item()) for m in (a, c))
+    e = float(summary.ray_error(a, "specular", 1.5, 0.8).item())
+    assert abs(x - z) > 4 * np.sqrt(2) * e + 0.005 * x
+
+
+def test_effects_left_out():
+    asked = scene(effects=Effects(multiple_scattering=False))
+    measured = measure(asked)
+    assert float(measured.flux.sel(order=slice(2, None)).sum()) == 0
+    left_out = float(measured.ended.sel(cause="left out").sum() / measured.paths.sum())
+    assert left_out > 0.01
+    assert float(measured.arrived.sum() + measured.ended.sum()) == float(measured.paths.sum())
+
+
+def test_a_mirror_absorbs_what_it_lets_in():
+    measured = measure(scene(kd=(0.0,)))
+    assert measured.sizes["body_events"] == 1
+    assert float(measured.arrived.sum() + measured.ended.sel(cause="absorbed").sum()) == 100_000
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("gamma", [1.75, 2.0, 8.0])
+@pytest.mark.parametrize("n", [1.0, 1.33, 1.5, 2.4])
+def test_books_close_on_3e6_paths(gamma, n):
+    """Kd = 1: |albedo + lost − 1| ≤ 1e−12; nothing lost for γ ≥ 2, at most 30 for 1.75."""
+    for sigma, theta in ((1.0, (0.0, 80.0)), (0.3, (60.0,))):
+        asked = Scene(
+            material=Material(n, (1.0,)),
+            roughness=Roughness(gamma, (sigma,)),
+            surface=Surface(cells=512, realisations=1),
+            light=Light(theta),
+            accuracy=Accuracy(3_000_000),
+        )
+        measured = measure(asked)
+        albedo = summary.quantity(measured, "total", n, 1.0).isel(realisation=0)
+        lost = summary.lost_paths(measured)
+        assert float(np.abs(albedo + lost - 1).max()) <= 1e-12
+        assert int((lost * 3_000_000).sum()) <= (0 if gamma >= 2 else 30)

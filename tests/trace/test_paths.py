@@ -1,0 +1,164 @@
+import numpy as np
+import pytest
+from scipy import stats
+
+from microsurf import result
+from microsurf.physics import facet, fresnel
+from microsurf.trace import events, paths
+from microsurf.trace.embree import EmbreeTile
+from microsurf.trace.grid import from_heights
+from microsurf.trace.plane import Plane
+
+IL = paths.Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
+MIRROR = paths.Facet(1.5, interface=True, substrate=False, multiple_scattering=True)
+LAMBERT = paths.Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
+
+
+def bumps(rows=48, columns=32, slope=1.0, seed=0):
+    """A periodic rough surface, nothing to do with STD."""
+    rng = np.random.default_rng(seed)
+    ky, kx = np.fft.fftfreq(rows)[:, None], np.fft.fftfreq(columns)[None]
+    white = np.fft.fft2(rng.standard_normal((rows, columns)))
+    heights = np.fft.ifft2(white * np.exp(-60 * (kx**2 + ky**2))).real
+    return heights * slope / np.abs(np.diff(heights, axis=1)).mean()
+
+
+def tile(heights):
+    return EmbreeTile(from_heights(heights, np.zeros(heights.shape, bool)))
+
+
+def follow(surface, theta, facets=IL, count=200_000, seed=1, phi=0.0):
+    return paths.trace(surface, theta, phi, facets, count, np.random.default_rng(seed))
+
+
+def albedo(tally, kd, n=1.5):
+    """Total albedo and the standard error of its rays."""
+    b = np.arange(tally.counts.shape[1])
+    weights = float(facet.body_weight(n, kd)) ** b
+    share = tally.counts.sum((0, 2, 3)) / tally.paths
+    mean = float(weights @ share)
+    return mean, np.sqrt((float(weights**2 @ share) - mean**2) / tally.paths)
+
+
+def test_the_kernel_has_the_law_of_physics():
+    mu = np.concatenate([np.geomspace(1e-9, 1, 200)])
+    for n in (1 + 1e-9, 1.33, 1.5, 2.4, 100.0):
+        kernel = [events.transmittance(m, n) for m in mu]
+        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
+
+
+@pytest.mark.parametrize("facets", [IL, MIRROR, LAMBERT])
+@pytest.mark.parametrize("theta", [0, 60, 89.9])
+def test_every_path_is_accounted_for(facets, theta):
+    tally = follow(tile(bumps(slope=2)), theta, facets, count=100_001)
+    assert tally.paths == 100_001
+    assert tally.counts.sum() + sum(tally.ends.values()) == tally.paths
+    assert sum(tally.ends[cause] for cause in paths.LOST) == 0
+    assert (tally.ends["absorbed"] > 0) == (facets is MIRROR)
+
+
+@pytest.mark.parametrize("theta", [0, 30, 60, 80, 89])
+@pytest.mark.parametrize("n", [1.0, 1.5, 2.4])
+def test_a_flat_mesh_is_one_facet(theta, n):
+    """Specular and body shares of one facet, in closed form; 4 standard errors (6e−5 each)."""
+    flat = tile(np.zeros((8, 8)))
+    for surface in (flat, Plane()):
+        facets = paths.Facet(n, n > 1, substrate=True, multiple_scattering=True)
+        tally = follow(surface, theta, facets)
+        assert tally.counts[1:].sum() == 0
+        body = tally.counts[0, 1].sum() / tally.paths
+        expected = float(fresnel.transmittance(np.cos(np.radians(theta)), n))
+        assert abs(body - expected) <= 4 * np.sqrt(expected * (1 - expected) / tally.paths) + 1e-12
+        mirror = tally.counts[0, 0]
+        assert mirror.sum() == mirror[
+            result.ring_of(theta), result.SECTORS // 2 if theta else 0
+        ] or (theta == 0)
+
+
+@pytest.mark.parametrize("n", [1.5, 5.0])
+def test_body_events_leave_as_transmission_times_cosine(n):
+    """Chi-square over rings of a flat facet, false-alarm rate 1e−4; a cosine lobe must fail.
+
+    n = 5 lies where T is not largest at normal incidence.
+    """
+    facets = paths.Facet(n, interface=True, substrate=True, multiple_scattering=True)
+    tally = follow(Plane(), 30, facets, count=1_000_000)
+    edges = np.cos(np.radians(result.RING_EDGES))
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    middle, half = (edges[:-1] + edges[1:]) / 2, (edges[:-1] - edges[1:]) / 2
+    mu = middle[:, None] + half[:, None] * nodes
+    seen = tally.counts[0, 1].sum(axis=1)
+    limit = stats.chi2.isf(1e-4, result.RINGS - 1)
+    for law, passes in ((mu * fresnel.transmittance(mu, n), True), (mu, False)):
+        share = (law * weights).sum(axis=1) * half
+        expected = seen.sum() * share / share.sum()
+        assert (((seen - expected) ** 2 / expected).sum() < limit) == passes
+
+
+def test_azimuth_of_light_and_detector():
+    """A sawtooth that rises along +x throws light from +x further forward, from −x back."""
+    columns = 64
+    heights = np.tile(np.arange(columns) * 0.25, (4, 1))  # one steep fall at the period's end
+    surface = tile(heights)
+    tilt = np.degrees(np.arctan(0.25))
+    for phi, signed in ((0.0, 20 + 2 * tilt), (180.0, 20 - 2 * tilt)):
+        # Facet normals lean towards −x, away from light that comes from +x.
+        tally = follow(surface, 20, MIRROR, phi=phi, count=400_000)
+        first = tally.counts[0, 0]
+        ring, sector = np.unravel_index(np.argmax(first), first.shape)
+        expected = result.SECTORS // 2 if signed > 0 else 0
+        assert (ring, sector) == (result.ring_of(abs(signed)), expected), phi
+
+
+def test_same_light_from_a_shifted_or_repeated_period():
+    """A period has no beginning: 4 standard errors of the difference, at 80° where rays wrap."""
+    heights = bumps(24, 16)
+    base, error = albedo(follow(tile(heights), 80), 0.8)
+    for other in (np.roll(heights, (5, 7), (0, 1)), np.tile(heights, (3, 2))):
+        mean, noise = albedo(follow(tile(other), 80, seed=2), 0.8)
+        assert abs(mean - base) <= 4 * np.hypot(error, noise)
+    # Negative control: half the relief is told apart.
+    mean, noise = albedo(follow(tile(heights / 2), 80, seed=3), 0.8)
+    assert abs(mean - base) > 4 * np.hypot(error, noise)
+
+
+def test_grazing_a_ridge_loses_nothing():
+    """These rays were once lost: they pass a ridge so close that its far side is reported."""
+    rng = np.random.default_rng(1)
+    k = np.fft.fftfreq(512)
+    shape = np.exp(-(k[:, None] ** 2 + k[None] ** 2) * (8 * np.pi) ** 2 / 2)
+    heights = np.fft.ifft2(np.fft.fft2(rng.standard_normal((512, 512))) * shape).real
+    heights *= 0.7 / np.sqrt(2) / np.std(np.diff(heights, axis=1))
+    tally = paths.trace(tile(heights), 80, 0, IL, 1 << 18, np.random.default_rng([4, 80]))
+    assert tally.grazes >= 1
+    assert sum(tally.ends[cause] for cause in paths.LOST) == 0
+
+
+def test_single_scattering_leaves_out_second_facets():
+    surface = tile(bumps())
+    whole = follow(surface, 60)
+    single = follow(
+        surface, 60, paths.Facet(1.5, interface=True, substrate=True, multiple_scattering=False)
+    )
+    assert single.counts[1:].sum() == 0
+    left = single.ends["left out"] / single.paths
+    more = whole.counts[1:].sum() / whole.paths
+    assert abs(left - more) < 4 * np.sqrt(2 * left * (1 - left) / single.paths)
+    assert single.rays < whole.rays
+
+
+def test_tallies_add_up():
+    surface = tile(bumps())
+    a, b = follow(surface, 30, count=3), follow(surface, 30, count=50_000)
+    total = a + b
+    assert total.paths == 50_003
+    assert total.rays == a.rays + b.rays
+    assert total.counts.sum() == a.counts.sum() + b.counts.sum()
+
+
+@pytest.mark.parametrize("cells", [(2, 2), (2, 5)])
+def test_smallest_meshes(cells):
+    heights = np.zeros(cells)
+    heights[0, 0] = 3.0
+    tally = follow(tile(heights), 80, count=50_000)
+    assert tally.counts.sum() == tally.paths
