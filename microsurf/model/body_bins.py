@@ -7,6 +7,8 @@ and o in the slope plane coincide at Δ = 0; Δ = 0 and 180°) and get shorter
 towards grazing, where masking changes over an angle σ.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
@@ -57,7 +59,7 @@ def body_bins(
     count = int(np.ceil(_POLAR_NODES * refinement))
     breaks = _polar_breaks(facets, theta_i)
     edges = np.radians(result.RING_EDGES)
-    panels = [_panel(low, high, count, edges) for low, high in zip(breaks, breaks[1:], strict=False)]
+    panels = [_panel(low, high, count, edges) for low, high in pairwise(breaks)]
     theta = np.concatenate([nodes for nodes, _, _ in panels])
     to_rings = np.concatenate([matrix for _, matrix, _ in panels], axis=1)
     sectors, error = _sectors(facets, theta_i, phi_i, theta, 0.0, refinement)
@@ -76,13 +78,14 @@ def _panel(low: float, high: float, count: int, edges: Array) -> tuple[Array, Ar
     k = np.arange(count)
     series = (legendre.legvander(x, count - 1) * w[:, None]).T * (k[:, None] + 0.5)
     y = np.clip((2 * edges - low - high) / (high - low), -1, 1)
-    at_edges = legendre.legvander(y, count)
+    at_edges = np.asarray(legendre.legvander(y, count))
     # ∫ P_k = (P_(k+1) − P_(k−1))/(2k+1), and x for k = 0.
     primitive = at_edges[:, 1:].copy()
     primitive[:, 1:] -= at_edges[:, :-2]
     primitive /= 2 * k + 1
     half = (high - low) / 2
-    return (low + high) / 2 + half * x, half * np.diff(primitive, axis=0) @ series, series
+    matrix = half * np.diff(primitive, axis=0) @ series
+    return (low + high) / 2 + half * x, np.asarray(matrix), np.asarray(series)
 
 
 def _polar_breaks(facets: Facets, theta_i: float) -> list[float]:
@@ -114,7 +117,7 @@ def _sectors(
             break
         nodes = int(np.ceil(count * refinement))
         delta, to_sectors, series = _panel(start, start + np.pi, nodes, edges)
-        values = _flux_density(facets, theta_i, phi_i, theta[rows, None], delta, 1.0 * refinement)
+        values = _flux_density(facets, theta_i, phi_i, theta[rows, None], delta, refinement)
         integrals[rows] = values @ to_sectors.T
         terms = np.abs(values @ series.T)
         tails[rows] = terms[:, -2:].max(axis=1) / terms[:, 0]

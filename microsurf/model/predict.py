@@ -111,7 +111,9 @@ def evaluate(
         raise InputError(f"material.kd = {list(kd)}: must be one number to evaluate directions")
     for name, w in (("i", i), ("o", o)):
         if np.shape(w)[-1:] != (3,) or np.any(~(np.abs(np.linalg.norm(w, axis=-1) - 1) < 1e-9)):
-            raise InputError(f"{name}: must be unit vectors along its last axis of 3; divide by length")
+            raise InputError(
+                f"{name}: must be unit vectors along its last axis of 3; divide by length"
+            )
     i, o = np.broadcast_arrays(np.asarray(i, np.float64), np.asarray(o, np.float64))
     shape = i.shape[:-1]
     i, o = i.reshape(-1, 3), o.reshape(-1, 3)

@@ -40,8 +40,8 @@ _CHUNK = 250  # arcs evaluated at a time: the temporaries stay in the cache
 # Numbers of nodes for a relative error of 1e−6 in I over γ from 1.505 to ∞, σ from
 # 1e−3 to 5 (σ_x : σ_y up to 100) and θ to 89.9°, found by doubling them.
 _DRAWN = 2.0  # least c of the map of an arc, see `_arcs`
-_NODES_OF_ARC = 24.0  # at that c …
-_NODES_PER_C = 10.0  # … and more for each unit above it
+_NODES_OF_ARC = 26.0  # at that c …
+_NODES_PER_C = 12.0  # … and more for each unit above it
 _NODES_OF_RADIUS = 8.0
 _NODES_PER_TAU = 4.0  # for each unit of τ …
 _TAU_STEP = 1.0  # … of the radius, in steps of
@@ -242,10 +242,10 @@ def _tail(plane: _Plane, ray: _Ray) -> Array:
     if np.isinf(plane.gamma):
         return np.zeros_like(a_i)
     rho = np.full_like(a_i, plane.end)
-    power = 2 * plane.gamma - 3
+    power = np.full_like(a_i, 2 * plane.gamma - 3)
     if plane.vcavity:
         masking = _vcavity(i_z, o_z, i_z - rho * a_i, o_z - rho * a_o)
-        power = power + np.where(masking < 1, 1 - masking / 2, 0.0)
+        power += np.where(masking < 1, 1 - masking / 2, 0.0)
     return np.asarray(_integrand(plane, ray, rho) * rho / power)
 
 

@@ -46,12 +46,21 @@ class _Rectangles(NamedTuple):
 
     def take(self, chosen: NDArray[np.bool_] | slice) -> Self:
         """Return the chosen rectangles."""
-        return type(self)(*(part[chosen] for part in self))
+        return type(self)(
+            self.theta[chosen],
+            self.theta_end[chosen],
+            self.delta[chosen],
+            self.delta_end[chosen],
+            self.bin[chosen],
+        )
 
     def halves(self, across: str) -> Self:
         """Return both halves of each, cut across "theta" or "delta"."""
         middle = (getattr(self, across) + getattr(self, across + "_end")) / 2
-        first, second = self._replace(**{across + "_end": middle}), self._replace(**{across: middle})
+        first, second = (
+            self._replace(**{across + "_end": middle}),
+            self._replace(**{across: middle}),
+        )
         return type(self)(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
 
 
@@ -180,4 +189,4 @@ def _kink(theta_i: float, theta: Array) -> Array:
     sines = np.maximum(np.sin(theta_i) * np.sin(theta), np.finfo(float).tiny)
     with np.errstate(over="ignore"):
         cosine = across / sines
-    return np.arccos(np.clip(cosine, -1, 1))
+    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
