@@ -15,7 +15,7 @@ SURFACE_BYTES_PER_CELL = 300
 def available() -> float:
     """Bytes of memory free now; ∞ where the system does not say."""
     try:
-        with open("/proc/meminfo", encoding="ascii") as lines:
+        with Path("/proc/meminfo").open(encoding="ascii") as lines:
             for line in lines:
                 if line.startswith("MemAvailable:"):
                     return float(line.split()[1]) * 1024

@@ -4,7 +4,8 @@ The lobe is smooth in o: it is evaluated on Gauss–Legendre panels in θ_o and 
 Δ = φ_o − φ_i, and its Legendre series is integrated exactly over each ring and
 sector. Panels end where the lobe is not smooth (θ_o = θ_i, where the lines of i
 and o in the slope plane coincide at Δ = 0; Δ = 0 and 180°) and get shorter
-towards grazing, where masking changes over an angle σ.
+towards grazing, where masking changes over an angle σ. A panel in θ_o whose
+series has not ended is halved: heavy tails leave powers θ_o^(2γ−2) at 0.
 """
 
 from itertools import pairwise
@@ -20,7 +21,9 @@ from .single import Facets
 
 Array = NDArray[np.float64]
 
-_POLAR_NODES = 12  # of each panel in θ_o
+_POLAR_NODES = 10  # of each panel in θ_o
+_POLAR_TOLERANCE = 3e-7  # last terms in a ring over its energy
+_HALVINGS = 6
 _AZIMUTH_NODES = (16, 32, 64)  # of half a circle: the next if the series has not ended
 _SERIES_TOLERANCE = 1e-8  # last coefficients over the first
 _PROBES = 12  # directions at which the error of the quadrature is measured
@@ -38,8 +41,8 @@ def body_bins(
 ) -> tuple[Array, float]:
     """Energy ∫ f_b cosθ_o dω in each bin at unit body weight, and its relative error.
 
-    The error is the larger of what half as many nodes again change in f_b at some
-    directions and what the last terms of the series in Δ are to the first.
+    The error is the largest of what half as many nodes again change in f_b at some
+    directions, and what the last terms of the series are in Δ and in θ_o to the whole.
 
     Parameters
     ----------
@@ -56,20 +59,40 @@ def body_bins(
     error : float
 
     """
+    bins = np.zeros((result.RINGS, result.SECTORS))
+    error = _quadrature_error(facets, theta_i, phi_i, refinement)
+    panels = list(pairwise(_polar_breaks(facets, theta_i)))
+    last_terms = np.zeros_like(bins)
+    for halving in range(_HALVINGS + 1):
+        halves = []
+        for low, high in panels:
+            energy, off, tail = _strip(facets, theta_i, phi_i, (low, high), refinement)
+            if halving < _HALVINGS and np.any(off > _POLAR_TOLERANCE * energy):
+                halves += [(low, (low + high) / 2), ((low + high) / 2, high)]
+                continue
+            bins += energy
+            last_terms += off
+            error = max(error, tail)
+        panels = halves
+    return bins, max(error, float(last_terms.sum() / bins.sum()))
+
+
+def _strip(
+    facets: Facets, theta_i: float, phi_i: float, panel: tuple[float, float], refinement: float
+) -> tuple[Array, Array, float]:
+    """Energies of a panel in θ_o, its last terms in θ_o there, the last terms' share in Δ."""
     count = int(np.ceil(_POLAR_NODES * refinement))
-    breaks = _polar_breaks(facets, theta_i)
     edges = np.radians(result.RING_EDGES)
-    panels = [_panel(low, high, count, edges) for low, high in pairwise(breaks)]
-    theta = np.concatenate([nodes for nodes, _, _ in panels])
-    to_rings = np.concatenate([matrix for _, matrix, _ in panels], axis=1)
-    sectors, error = _sectors(facets, theta_i, phi_i, theta, 0.0, refinement)
+    theta, to_rings, series = _panel(*panel, count, edges)
+    sectors, tail = _sectors(facets, theta_i, phi_i, theta, 0.0, refinement)
     if facets.isotropic:
-        sectors += sectors[:, -np.arange(result.SECTORS) % result.SECTORS]
+        sectors = sectors + sectors[:, -np.arange(result.SECTORS) % result.SECTORS]
     else:
-        others, tail = _sectors(facets, theta_i, phi_i, theta, np.pi, refinement)
-        sectors, error = sectors + others, max(error, tail)
-    probed = _quadrature_error(facets, theta_i, phi_i, theta, refinement)
-    return to_rings @ sectors, max(error, probed)
+        others, other_tail = _sectors(facets, theta_i, phi_i, theta, np.pi, refinement)
+        sectors, tail = sectors + others, max(tail, other_tail)
+    overlap = np.diff(np.clip(edges, *panel))
+    last = np.abs(series[-2:] @ sectors).max(axis=0)
+    return to_rings @ sectors, overlap[:, None] * last, tail
 
 
 def _panel(low: float, high: float, count: int, edges: Array) -> tuple[Array, Array, Array]:
@@ -90,13 +113,14 @@ def _panel(low: float, high: float, count: int, edges: Array) -> tuple[Array, Ar
 
 def _polar_breaks(facets: Facets, theta_i: float) -> list[float]:
     """Ends of the panels in θ_o, in radians."""
-    scale = 1.5 * min(facets.sigma_x, facets.sigma_y)
+    grazing = np.pi / 2 - theta_i
+    scale = min(1.5 * min(facets.sigma_x, facets.sigma_y), 5 * grazing)
     distance = np.pi / 2
     breaks = {0.0, np.pi / 2}
     while distance > scale:
         distance /= 3
         # A panel between θ_i and a break beside it would be wasted.
-        if not 0.8 < distance / (np.pi / 2 - theta_i) < 1.25:
+        if not 0.8 < distance / grazing < 1.25:
             breaks.add(np.pi / 2 - distance)
     if theta_i > 0:
         breaks.add(theta_i)
@@ -135,13 +159,12 @@ def _flux_density(
     return np.asarray(f.reshape(o.shape[:-1]) * np.cos(theta) * np.sin(theta))
 
 
-def _quadrature_error(
-    facets: Facets, theta_i: float, phi_i: float, theta: Array, refinement: float
-) -> float:
+def _quadrature_error(facets: Facets, theta_i: float, phi_i: float, refinement: float) -> float:
     """Largest relative change of f_b over some directions with half as many nodes again."""
-    chosen = theta[np.linspace(0, len(theta) - 1, _PROBES).astype(int)]
+    k = np.arange(_PROBES)
+    theta = (k + 0.5) / _PROBES * np.pi / 2
     # The golden angle: azimuths that repeat no symmetry of the lobe.
-    delta = np.arange(_PROBES) * np.pi * (3 - np.sqrt(5))
-    coarse = _flux_density(facets, theta_i, phi_i, chosen, delta, refinement)
-    fine = _flux_density(facets, theta_i, phi_i, chosen, delta, 1.5 * refinement)
+    delta = k * np.pi * (3 - np.sqrt(5))
+    coarse = _flux_density(facets, theta_i, phi_i, theta, delta, refinement)
+    fine = _flux_density(facets, theta_i, phi_i, theta, delta, 1.5 * refinement)
     return float(np.max(np.abs(coarse / fine - 1)))

@@ -26,12 +26,86 @@ def transmittance(mu, n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
+def _advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, top, reach):
+    """Carry a ray through blocks that it passes above, round the period as often as need be.
+
+    Returns 1 if it leaves for good, 2 after MOST_WRAPS rounds, else 0; the new
+    origin; and how often it went round.
+    """
+    clear = 2.0**-20 * reach  # float32 must not see the ray lower than the block's top
+    nudge = 2.0**-40 * reach  # past the border, into the next block
+    nudge_x, nudge_y = np.copysign(nudge, dx), np.copysign(nudge, dy)
+    per_x = 1 / dx if dx != 0 else np.inf
+    per_y = 1 / dy if dy != 0 else np.inf
+    x, y = px - left, py - front
+    wraps = 0
+    coarsest = len(levels) - 1
+    level = coarsest
+    while wraps < MOST_WRAPS:
+        if dz > 0 and pz >= top:
+            return 1, x + left, y + front, pz, wraps
+        if x < 0 or x >= columns:
+            x -= np.floor(x / columns) * columns
+            wraps += 1
+        if y < 0 or y >= rows:
+            y -= np.floor(y / rows) * rows
+            wraps += 1
+        size, start, across = levels[level, 0], levels[level, 1], levels[level, 2]
+        # Rounding can leave the coordinate on the far edge, which belongs to no block.
+        bx = min(int(x) // size, across - 1)
+        by = min(int(y) // size, levels[level, 3] - 1)
+        tx = ty = np.inf
+        if dx > 0:
+            tx = (min((bx + 1) * size, columns) - x) * per_x
+        elif dx < 0:
+            tx = (bx * size - x) * per_x
+        if dy > 0:
+            ty = (min((by + 1) * size, rows) - y) * per_y
+        elif dy < 0:
+            ty = (by * size - y) * per_y
+        t = max(min(tx, ty), 0.0)
+        lowest = pz + t * dz if dz < 0 else pz
+        if lowest > tops[start + by * across + bx] + clear:
+            if t == np.inf:
+                return 1, x + left, y + front, pz, wraps
+            x, y, pz = x + t * dx, y + t * dy, pz + t * dz
+            if tx <= ty:
+                x += nudge_x
+            else:
+                y += nudge_y
+            level = min(level + 1, coarsest)
+        elif level > 0:
+            level -= 1
+        else:
+            return 0, x + left, y + front, pz, wraps
+    return 2, x + left, y + front, pz, wraps
+
+
+@njit(cache=True, nogil=True)
+def launch(
+    first, last, starts, incident, origins, rays, directions, state,
+    tops, levels, x0, y0, columns, rows, top, reach,
+):  # fmt: skip
+    """Start paths at ``starts`` on the plane above everything; bring them near the surface."""
+    dx, dy, dz = incident
+    for r in range(first, last):
+        _, px, py, pz, wraps = _advance(
+            starts[r - first, 0], starts[r - first, 1], top, dx, dy, dz, tops, levels,
+            x0 + MARGIN, y0 + MARGIN, columns, rows, top, reach,
+        )  # fmt: skip
+        origins[r, 0], origins[r, 1], origins[r, 2] = px, py, pz
+        rays[r, 0], rays[r, 1], rays[r, 2] = dx, dy, dz
+        directions[r, 0], directions[r, 1], directions[r, 2] = dx, dy, dz
+        state[r, 0], state[r, 1], state[r, 2] = 0, 0, wraps
+
+
+@njit(cache=True, nogil=True)
 def take_events(  # type: ignore[no-untyped-def]
     active, origins, rays, directions, state, ended,
     triangle, u, v,
     heights, flipped, x0, y0, columns, rows, bottom, top, reach,
     n, bound, interface, substrate, multiple_scattering, survival, body_edges,
-    ring_cosines, phi_i, rng,
+    tops, levels, ring_cosines, phi_i, rng,
 ):  # fmt: skip
     """Take one facet event for each active ray in place; survivors move to the front.
 
@@ -74,6 +148,15 @@ def take_events(  # type: ignore[no-untyped-def]
                 else:
                     py -= np.copysign(float(rows), dy)
                 wraps += 1
+                ahead, px, py, pz, more = _advance(
+                    px, py, pz, dx, dy, dz, tops, levels,
+                    x0 + MARGIN, y0 + MARGIN, columns, rows, top, reach,
+                )  # fmt: skip
+                wraps += more
+                if ahead == 1:
+                    end = 1
+                elif wraps >= MOST_WRAPS:
+                    end = -5
         else:
             cell, side = triangle[r] // 2, triangle[r] % 2
             cy, cx = cell // width, cell % width

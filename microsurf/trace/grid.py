@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MARGIN = 1
+BLOCK = 32
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,15 @@ class Grid:
         Cells split by the other diagonal.
     rows, columns : int
         Cells of the period.
+    bottom, top : float
+        Lowest and greatest height.
+    tops : ndarray of float32
+        Greatest heights over blocks of BLOCK² cells of the period, then of (4 BLOCK)²
+        and so on, one level after the other, row by row: by these rays are carried
+        through empty space.
+    levels : ndarray of int64, shape (levels, 4)
+        Of each level: cells a side of a block, its first entry in ``tops``, its
+        blocks along x and y.
 
     """
 
@@ -33,6 +43,10 @@ class Grid:
     flipped: NDArray[np.bool_]
     rows: int
     columns: int
+    bottom: float
+    top: float
+    tops: NDArray[np.float32]
+    levels: NDArray[np.int64]
 
     @property
     def x0(self) -> float:
@@ -45,16 +59,6 @@ class Grid:
         return float(-(self.rows // 2) - MARGIN)
 
     @property
-    def bottom(self) -> float:
-        """Lowest height."""
-        return float(self.heights.min())
-
-    @property
-    def top(self) -> float:
-        """Greatest height."""
-        return float(self.heights.max())
-
-    @property
     def reach(self) -> float:
         """Largest absolute coordinate, the scale of float32 rounding."""
         return max(-self.x0, -self.y0, abs(self.bottom), abs(self.top))
@@ -65,12 +69,34 @@ def from_heights(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> Gr
     rows, columns = heights.shape
     j = np.arange(-MARGIN, rows + MARGIN + 1) % rows
     i = np.arange(-MARGIN, columns + MARGIN + 1) % columns
+    vertices = np.ascontiguousarray(heights.astype(np.float32)[np.ix_(j, i)])
+    tops, levels = _pyramid(vertices[MARGIN:-MARGIN, MARGIN:-MARGIN])
     return Grid(
-        heights=np.ascontiguousarray(heights.astype(np.float32)[np.ix_(j, i)]),
+        heights=vertices,
         flipped=np.ascontiguousarray(flipped[np.ix_(j[:-1], i[:-1])]),
         rows=rows,
         columns=columns,
+        bottom=float(vertices.min()),
+        top=float(vertices.max()),
+        tops=tops,
+        levels=levels,
     )
+
+
+def _pyramid(period: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Greatest heights over ever larger blocks; ``period`` has a vertex more than cells a side."""
+    cells = np.maximum(period[:-1], period[1:])
+    cells = np.maximum(cells[:, :-1], cells[:, 1:])
+    tops, levels, size, start = [], [], BLOCK, 0
+    while True:
+        y, x = (np.arange(0, count, size) for count in cells.shape)
+        blocks = np.maximum.reduceat(np.maximum.reduceat(cells, y, axis=0), x, axis=1)
+        tops.append(blocks.ravel())
+        levels.append((size, start, len(x), len(y)))
+        start += blocks.size
+        if blocks.size == 1:
+            return np.concatenate(tops), np.array(levels)
+        size *= 4
 
 
 def triangles(grid: Grid) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -15,7 +15,7 @@ from ..physics.fresnel import transmittance_bound
 from .beam import direction as direction_to
 from .beam import stratified_points
 from .embree import Hits, Rays
-from .events import OFFSET, take_events
+from .events import OFFSET, launch, take_events
 from .grid import MARGIN, Grid
 
 WAVE = 65_536  # rays between two calls: fewer lose to Python, many more to the caches
@@ -111,7 +111,9 @@ def trace(
     starts = stratified_points(paths, rng) * (grid.columns, grid.rows)
     starts += (grid.x0 + MARGIN, grid.y0 + MARGIN)
     incident = -direction_to(theta, phi)
-    top = grid.top + OFFSET * grid.reach
+    reach = grid.reach
+    top = grid.top + OFFSET * reach
+    ring_cosines = np.cos(np.radians(result.RING_EDGES[1:]))
     bound = transmittance_bound(facet_event.n)
 
     origins = np.zeros((wave, 3), np.float32)
@@ -124,12 +126,11 @@ def trace(
     while True:
         fresh = min(wave - active, paths - started)
         if fresh:
-            new = slice(active, active + fresh)
-            origins[new, :2] = starts[started : started + fresh]
-            origins[new, 2] = top
-            directions[new] = incident
-            rays[new] = incident
-            state[new] = 0
+            launch(
+                active, active + fresh, starts[started : started + fresh], incident,
+                origins, rays, directions, state,
+                grid.tops, grid.levels, grid.x0, grid.y0, grid.columns, grid.rows, top, reach,
+            )  # fmt: skip
             active += fresh
             started += fresh
         if not active:
@@ -142,11 +143,11 @@ def trace(
             active, origins, rays, directions, state, ended,
             hits.triangle, hits.u, hits.v,
             grid.heights, grid.flipped, grid.x0, grid.y0, grid.columns, grid.rows,
-            grid.bottom, top, grid.reach,
+            grid.bottom, top, reach,
             facet_event.n, bound,
             facet_event.interface, facet_event.substrate, facet_event.multiple_scattering,
             facet_event.survival, result.BODY_EDGES,
-            np.cos(np.radians(result.RING_EDGES[1:])), phi, rng,
+            grid.tops, grid.levels, ring_cosines, phi, rng,
         )  # fmt: skip
         codes.append(ended[:over].copy())
         grazes += grazed

@@ -72,7 +72,7 @@ def first_hits(corners, origins, directions):
         (lambda o, d: (o, d[:1]), "2 origins and 1 directions"),
         (lambda o, d: (o, np.full_like(d, np.nan)), "finite"),
         (lambda o, d: (np.full_like(o, np.inf), d), "finite"),
-        (lambda o, d: (o, np.zeros_like(d)), "no direction"),
+        (lambda o, d: (o, np.zeros_like(d)), "not zero"),
         (lambda o, d: (o[:, :2], d), r"\(rays, 3\)"),
         (lambda o, d: (np.asfortranarray(o), d), "contiguous"),
     ],

@@ -5,7 +5,7 @@ from scipy import stats
 from microsurf import result
 from microsurf.physics import facet, fresnel
 from microsurf.trace import events, paths
-from microsurf.trace.embree import EmbreeTile
+from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights
 from microsurf.trace.plane import Plane
 
@@ -122,16 +122,88 @@ def test_same_light_from_a_shifted_or_repeated_period():
     assert abs(mean - base) > 4 * np.hypot(error, noise)
 
 
+class FarSide:
+    """A ridge along y whose far side is first said to be hit, at (u, v), by light from +x."""
+
+    def __init__(self, u, v):
+        heights = np.tile(-np.abs(np.arange(8) - 4.0), (8, 1))
+        self.tile = tile(heights)
+        self.grid = self.tile.grid
+        self.answer = u, v
+
+    def intersect(self, origins, rays):
+        """Give the answer once, then trace."""
+        if self.answer is None:
+            return self.tile.intersect(origins, rays)
+        u, v = (np.full(len(rays), value, np.float32) for value in self.answer)
+        self.answer = None
+        left_of_the_ridge = 4 * self.grid.flipped.shape[1] + 3 + 1  # one column of margin
+        return Hits(np.full(len(rays), 2 * left_of_the_ridge, np.int32), u, v)
+
+
 def test_grazing_a_ridge_loses_nothing():
-    """These rays were once lost: they pass a ridge so close that its far side is reported."""
-    rng = np.random.default_rng(1)
-    k = np.fft.fftfreq(512)
-    shape = np.exp(-(k[:, None] ** 2 + k[None] ** 2) * (8 * np.pi) ** 2 / 2)
-    heights = np.fft.ifft2(np.fft.fft2(rng.standard_normal((512, 512))) * shape).real
-    heights *= 0.7 / np.sqrt(2) / np.std(np.diff(heights, axis=1))
-    tally = paths.trace(tile(heights), 80, 0, IL, 1 << 18, np.random.default_rng([4, 80]))
-    assert tally.grazes >= 1
-    assert sum(tally.ends[cause] for cause in paths.LOST) == 0
+    """A ray that passes an edge is sometimes said to hit its far side: it goes on.
+
+    Two in 1.6 million paths at 80° were lost this way. Inside the triangle the
+    same report means a leak, and the path counts as lost.
+    """
+    grazing = follow(FarSide(0.5, 0.5), 80, count=1000)
+    assert grazing.grazes >= 1000
+    assert grazing.counts.sum() == 1000
+    leaking = follow(FarSide(0.3, 0.3), 80, count=1000)
+    assert leaking.ends["behind"] == 1000
+
+
+def test_skipping_empty_space_changes_nothing():
+    """Every ray launched near the surface meets what it meets from high above."""
+    heights = bumps(96, 150, slope=1.5)
+    heights[10, 20] += 300  # needles that most of the space is below
+    heights[70, 130] += 150
+    grid = from_heights(heights, np.zeros(heights.shape, bool))
+    surface = EmbreeTile(grid)
+    count = 4000
+    for theta, phi in ((0, 0), (60, 37), (85, 200)):
+        start = paths.stratified_points(count, np.random.default_rng(2))
+        start = start * (150, 96) + (grid.x0 + 1, grid.y0 + 1)
+        incident = -paths.direction_to(theta, phi)
+        state = np.zeros((2, count, 3), np.int64)
+        found = []
+        no_tops = np.full_like(grid.tops, grid.top)
+        for k, tops in enumerate((grid.tops, no_tops)):
+            origins, rays = np.zeros((2, count, 3), np.float32)
+            directions = np.zeros((count, 3))
+            events.launch(
+                0, count, start, incident, origins, rays, directions, state[k], tops,
+                grid.levels, grid.x0, grid.y0, 150, 96, grid.top + 1e-3, grid.reach,
+            )  # fmt: skip
+            found.append(first_facet(surface, origins, incident))
+        assert (found[0] == found[1]).mean() > 0.999  # float32 moves a ray near an edge
+
+
+def first_facet(surface, origins, incident):
+    """Facets met by rays, wrapped round the period one tile at a time in float64."""
+    grid = surface.grid
+    facets = np.full(len(origins), -1)
+    pending = np.arange(len(origins))
+    position = origins.astype(float)
+    for _ in range(200):
+        rays = np.tile(incident.astype(np.float32), (len(pending), 1))
+        hits = surface.intersect(position[pending].astype(np.float32), rays).triangle
+        cell, side = hits // 2, hits % 2
+        y, x = np.divmod(cell, grid.flipped.shape[1])
+        facets[pending[hits >= 0]] = (((y - 1) % 96 * 150 + (x - 1) % 150) * 2 + side)[hits >= 0]
+        pending = pending[hits < 0]
+        if not len(pending):
+            return facets
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = np.array([grid.x0, grid.y0])
+            high = low + np.array([152, 98])
+            wall = np.where(incident[:2] > 0, high, low)
+            t = np.where(incident[:2] != 0, (wall - position[pending, :2]) / incident[:2], np.inf)
+        axis = np.argmin(t, axis=1)
+        position[pending] += (t.min(axis=1) - 1e-4)[:, None] * incident
+        position[pending, axis] -= np.sign(incident[axis]) * np.array([150, 96])[axis]
+    raise AssertionError("rays that meet nothing")
 
 
 def test_single_scattering_leaves_out_second_facets():

@@ -1,0 +1,249 @@
+"""Multiple scattering by random walks: `walk`, and `evaluate_walk` for single directions.
+
+smith-walk: among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016).
+vcavity-walk: between both facets of a groove. Neither has a cap on its events.
+"""
+
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from .. import __version__, result
+from ..errors import InputError
+from ..physics import fresnel, smith, visible
+from ..physics.facet import body_weight
+from ..scene import Scene
+from ..scene_file import to_toml
+from . import flat
+from .body_bins import direction
+from .vcavity_walk import vcavity_walk
+from .walk_kernels import Facet, Law, smith_next_event, smith_walk
+from .walk_tally import CAUSES, Tally, tally
+
+Array = NDArray[np.float64]
+
+KINDS = ("smith-walk", "vcavity-walk")
+PIECE = 262_144
+"""Walks of one piece of work; each is seeded by its place and adds up with the others."""
+MOST_EVENTS = 10**9
+"""Facet events after which a path counts as lost: there to end a fault, not to save time."""
+_NODES = 2049  # of the table of Λ
+
+
+class Estimate(NamedTuple):
+    """A BRDF in sr⁻¹, or its standard error: of paths without body events, with, and of all."""
+
+    specular: Array
+    body: Array
+    total: Array
+
+
+def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
+    """Slopes and masking for the kernels, γ > 3/2 and σ > 0.
+
+    Λ = A R (see `physics.smith`) is tabulated by R, the smooth part, over
+    u = x/(1+x): values and derivatives for a cubic between nodes.
+    """
+    nu = 2 * gamma - 2
+    excess = visible.mean_excess(nu)
+    u = np.linspace(0, 1, _NODES)
+    x = u[1:-1] / (1 - u[1:-1])
+    if np.isinf(nu):
+        log_power, slope = -(x**2) / 2, x
+    else:
+        log_power, slope = -(nu - 1) / 2 * np.log1p(x**2 / nu), (nu - 1) / (nu / x + x)
+    with np.errstate(under="ignore"):
+        leading = excess / x * np.exp(log_power)
+    seen = leading > 1e-290  # beyond, Λ is 0 and R does not matter
+    table = np.zeros((_NODES, 2))
+    table[0] = 1, -0.5 / excess
+    ratio = smith.lambda_of_x(x[seen], nu) / leading[seen]
+    table[1:-1, 0][seen] = ratio
+    table[1:-1, 1][seen] = ((ratio - 1) / x[seen] + ratio * slope[seen]) * (1 + x[seen]) ** 2
+    table[-1, 0] = 0 if np.isinf(nu) else 1 / nu
+    table[:, 1] /= _NODES - 1
+    return Law(nu, excess, sigma_x / np.sqrt(2), sigma_y / np.sqrt(2), table)
+
+
+def facet_of(scene: Scene, kd: float) -> Facet:
+    """Return what the kernels need of a facet; long paths are thinned as Kd would do."""
+    n = scene.material.n
+    weight = float(body_weight(n, kd))
+    return Facet(
+        n,
+        fresnel.transmittance_bound(n),
+        scene.requires.interface,
+        scene.requires.substrate,
+        weight,
+        float(fresnel.external_diffuse_transmittance(n)),
+    )
+
+
+def stream(rng: np.random.Generator) -> NDArray[np.uint64]:
+    """State of an SFC64 for the kernels, seeded by numbers of ``rng``."""
+    words = rng.integers(0, 2**64, 4, dtype=np.uint64)
+    words[3] = 1  # its counter
+    return words
+
+
+def walk(
+    scene: Scene,
+    kind: str = "smith-walk",
+    *,
+    walks: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Walk ``walks`` paths of light for every angle of the scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to predict; its surface is not used.
+    kind : str
+        One of KINDS.
+    walks : int, optional
+        Paths for each angle; by default ``scene.accuracy.paths``.
+    seed : int
+        Same seed, same bits, whatever the number of workers.
+    workers : int, optional
+        Threads; default one for each core.
+    progress : bool
+        Show a progress bar on standard error if that is a terminal.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `microsurf.result` describes, one realisation; with the numbers of ``paths``,
+        of those that ``arrived`` and of those that ``ended`` otherwise (absorbed, left
+        out, or lost because they were endless), and ``events`` (facet events in all)
+        and ``seconds`` in its attributes. A flat scene (σ = 0) is answered exactly,
+        without these numbers.
+
+    Raises
+    ------
+    InputError
+        If the kind is unknown or ``walks`` is not positive.
+
+    """
+    if kind not in KINDS:
+        raise InputError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}")
+    walks = scene.accuracy.paths if walks is None else walks
+    if walks < 1:
+        raise InputError(f"walks = {walks}: must be 1 or more")
+    begin = time.perf_counter()
+    if not scene.requires.roughness:
+        return _flat(scene, kind, begin)
+    workers = workers or os.cpu_count() or 1
+    rough = scene.roughness
+    law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
+    facet = facet_of(scene, max(scene.material.kd))
+    angles = list(product(scene.light.theta, scene.light.phi))
+    count = -(-walks // PIECE)
+    sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
+    most = MOST_EVENTS if scene.requires.multiple_scattering else 1
+
+    def piece(a: int, k: int) -> Tally:
+        sequence = np.random.SeedSequence(seed, spawn_key=(2, a, k))
+        rng = np.random.Generator(np.random.SFC64(sequence))
+        theta, phi = angles[a]
+        i = direction(np.radians(theta), np.radians(phi))
+        exits, events = np.zeros((sizes[k], 3)), np.zeros((sizes[k], 2), np.int64)
+        if kind == "smith-walk":
+            smith_walk(exits, events, most, i, law, facet, stream(rng))
+        else:
+            slopes = rough.gamma, rough.sigma_x, rough.sigma_y
+            vcavity_walk(exits, events, most, i, slopes, facet, rng)
+        return tally(exits, events, phi, single=not scene.requires.multiple_scattering)
+
+    smith_walk(
+        np.zeros((0, 3)), np.zeros((0, 2), np.int64), 1, np.zeros(3), law, facet,
+        np.ones(4, np.uint64),
+    )  # fmt: skip
+    begin = time.perf_counter()  # after compilation
+    bar = tqdm(
+        total=len(angles) * walks / 1e6,
+        disable=None if progress else True,
+        desc=kind,
+        unit=" Mwalks",
+        bar_format="{desc}: {percentage:3.0f}%|{bar}| {n:.1f}/{total:.1f}{unit} "
+        "[{elapsed}<{remaining}]",
+    )
+    totals: list[Tally] = [Tally.empty()] * len(angles)
+    with bar, ThreadPoolExecutor(workers) as pool:
+        places = list(product(range(len(angles)), range(count)))
+        jobs = [pool.submit(piece, *place) for place in places]
+        try:
+            for (a, k), job in zip(places, jobs, strict=True):
+                totals[a] = totals[a] + job.result()
+                bar.update(sizes[k] / 1e6)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    seconds = time.perf_counter() - begin
+    return _dataset(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
+
+
+def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:
+    """One flat facet: a ray meets it once, there is nothing to walk through."""
+    n, needs = scene.material.n, scene.requires
+    bins = np.zeros((len(scene.light.theta), 2, result.RINGS, result.SECTORS))
+    for k, theta in enumerate(scene.light.theta):
+        cosine = float(np.cos(np.radians(theta)))
+        if needs.interface:
+            bins[k, 0] = flat.specular_bins(cosine, n)
+        if needs.substrate:
+            bins[k, 1] = flat.body_bins(cosine, n)
+    flux = np.repeat(bins[None, :, None, None], len(scene.light.phi), axis=2)
+    attrs = {**_attrs(scene, kind), "seconds": time.perf_counter() - begin}
+    return result.build(flux, scene.light.theta, scene.light.phi, orders=(1,), attrs=attrs)
+
+
+def _attrs(scene: Scene, kind: str) -> dict[str, str | float | int]:
+    needs = scene.requires
+    names = ("interface", "substrate", "roughness", "multiple_scattering")
+    effects = [name for name in names if getattr(needs, name)]
+    if needs.roughness and not scene.roughness.isotropic:
+        effects.append("anisotropy")
+    return {
+        "source": "prediction",
+        "model": kind,
+        "scene": to_toml(scene),
+        "microsurf": __version__,
+        "effects": ", ".join(effects),
+    }
+
+
+def _dataset(
+    scene: Scene, kind: str, totals: list[Tally], facet: Facet, attrs: dict[str, float | int]
+) -> xr.Dataset:
+    thetas, phis = scene.light.theta, scene.light.phi
+    shape = (1, len(thetas), len(phis))
+    events = max(total.counts.shape[0] for total in totals)
+    flux = np.zeros((*shape, len(result.ORDERS), events, result.RINGS, result.SECTORS))
+    beyond = np.maximum(result.BODY_EVENTS[:events] - result.BODY_EXACT, 0)
+    path_weight = facet.survival**-beyond
+    paths, arrived, ended = np.zeros(shape), np.zeros(shape), np.zeros((*shape, len(CAUSES)))
+    for a, total in enumerate(totals):
+        place = (0, *divmod(a, len(phis)))
+        paths[place] = total.paths
+        arrived[place] = total.counts.sum()
+        ended[place] = total.ended
+        seen = total.counts.shape[0]
+        flux[place][:, :seen] = np.swapaxes(total.counts, 0, 1) / total.paths
+    flux *= path_weight[:, None, None]
+    labels = {**_attrs(scene, kind), **attrs, "events": sum(total.events for total in totals)}
+    walked = result.build(flux, thetas, phis, path_weight=path_weight, attrs=labels)
+    dims = ("realisation", "theta_i", "phi_i")
+    walked["paths"], walked["arrived"] = (dims, paths), (dims, arrived)
+    walked["ended"] = ((*dims, "cause"), ended)
+    lost = [cause == "endless" for cause in CAUSES]
+    return walked.assign_coords(cause=list(CAUSES), lost=("cause", lost))
