@@ -148,7 +148,11 @@ def brdf(energy: xr.DataArray) -> xr.DataArray:
 
 
 def in_plane(values: xr.DataArray) -> xr.DataArray:
-    """Cut along the plane of incidence: θ_o signed, positive on the mirror side; the cap once."""
+    """Cut along the plane of incidence: θ_o signed, positive on the mirror side.
+
+    The cap θ_o < 1° has no azimuth to speak of: it stands once, as the mean of its sectors.
+    """
+    values = values.where(values.theta_o > 0, values.mean("phi_o"))
     back = values.isel(phi_o=0, drop=True).isel(theta_o=slice(None, 0, -1))
     front = values.isel(phi_o=SECTORS // 2, drop=True)
     back = back.assign_coords(theta_o=-back.theta_o)

@@ -68,7 +68,10 @@ class Material:
 
 @dataclass(frozen=True)
 class Roughness:
-    """STD slopes: shape γ > 3/2, roughness σ ≥ 0 along x and y (one number: isotropic)."""
+    """STD slopes: shape γ > 3/2, roughness σ along x and y (one number: isotropic).
+
+    σ = 0 is flat; below 1e−6 a lobe is narrower than float32 directions can tell.
+    """
 
     gamma: float = 2.0
     sigma: tuple[float, ...] = (0.5,)
@@ -84,7 +87,12 @@ class Roughness:
         )
         _require(len(self.sigma) <= 2, "roughness.sigma", self.sigma, "one number or two (x, y)")
         for sigma in self.sigma:
-            _require(0 <= sigma <= 1000, "roughness.sigma", sigma, "0 … 1000")
+            _require(
+                sigma == 0 or 1e-6 <= sigma <= 1000,
+                "roughness.sigma",
+                sigma,
+                "0 (flat) or 1e-6 … 1000",
+            )
         _require(
             (self.sigma_x > 0) == (self.sigma_y > 0),
             "roughness.sigma",

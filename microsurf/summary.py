@@ -45,10 +45,10 @@ def ray_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArr
 def _second_moment(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
     weights = result.body_weights(dataset.sizes["body_events"], n, kd) ** 2
     flux = result.hemispherical(dataset.flux)
-    weighted = flux * flux.path_weight * xr.DataArray(weights, dims="body_events")
+    squares: xr.DataArray = flux * flux.path_weight * xr.DataArray(weights, dims="body_events")
     if name == "total":
-        return weighted.sum(("order", "body_events"))
-    first = weighted.sel(order=1, drop=True)
+        return squares.sum(("order", "body_events"))
+    first = squares.sel(order=1, drop=True)
     if name == "specular":
         return first.isel(body_events=0, drop=True)
     return first.isel(body_events=slice(1, None)).sum("body_events")

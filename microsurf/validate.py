@@ -12,7 +12,7 @@ from .scene import Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
 from .trace import measure
 
-MODELS = ("smith", "smith-separable", "vcavity")
+MODELS = ("smith", "vcavity")
 """What each scene is compared with; verdicts are about the first."""
 
 _BOOKS = 1e-12

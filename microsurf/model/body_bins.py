@@ -22,10 +22,10 @@ from .single import Facets
 Array = NDArray[np.float64]
 
 _POLAR_NODES = 10  # of each panel in θ_o
-_POLAR_TOLERANCE = 3e-7  # last terms in a ring over its energy
-_HALVINGS = 6
+_POLAR_TOLERANCE = 1e-5  # last terms in a bin over its energy and the mean of its ring
+_HALVINGS = 5
 _AZIMUTH_NODES = (16, 32, 64)  # of half a circle: the next if the series has not ended
-_SERIES_TOLERANCE = 1e-8  # last coefficients over the first
+_SERIES_TOLERANCE = 1e-6  # last coefficients over the first
 _PROBES = 12  # directions at which the error of the quadrature is measured
 
 
@@ -67,7 +67,8 @@ def body_bins(
         halves = []
         for low, high in panels:
             energy, off, tail = _strip(facets, theta_i, phi_i, (low, high), refinement)
-            if halving < _HALVINGS and np.any(off > _POLAR_TOLERANCE * energy):
+            allowed = _POLAR_TOLERANCE * (energy + energy.mean(axis=1, keepdims=True))
+            if halving < _HALVINGS and np.any(off > allowed):
                 halves += [(low, (low + high) / 2), ((low + high) / 2, high)]
                 continue
             bins += energy

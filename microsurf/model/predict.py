@@ -1,6 +1,8 @@
 """The first order by name: whole lobes in the detector's bins, or single directions."""
 
 import time
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -47,15 +49,18 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
     thetas, phis = scene.light.theta, scene.light.phi
     flux = np.zeros((1, len(thetas), len(phis), 1, 2, result.RINGS, result.SECTORS))
     errors = np.zeros(2)
-    for t, theta in enumerate(thetas):
-        for p, phi in enumerate(phis):
-            if p and (facets is None or facets.isotropic):
-                flux[0, t, p] = flux[0, t, 0]
-                continue
-            angles = float(np.radians(theta)), float(np.radians(phi))
-            bins, error = _bins(scene, facets, *angles)
-            flux[0, t, p, 0] = bins
-            errors = np.maximum(errors, error)
+    # Where azimuth makes no difference the first stands for all.
+    own_phis = phis if facets is not None and not facets.isotropic else phis[:1]
+
+    def at(angles: tuple[float, float]) -> tuple[Array, tuple[float, float]]:
+        return _bins(scene, facets, *np.radians(angles))
+
+    with ThreadPoolExecutor() as pool:
+        found = list(pool.map(at, product(thetas, own_phis)))
+    for k, (bins, error) in enumerate(found):
+        t, p = divmod(k, len(own_phis))
+        flux[0, t, p if len(own_phis) > 1 else slice(None), 0] = bins
+        errors = np.maximum(errors, error)
     needs = scene.requires
     effects = {
         "interface": needs.interface,

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from .. import result
 from ..physics import facet as facet_law
 from ..physics import fresnel, std
-from .walk_kernels import ABSORBED, OVER, Facet
+from .walk_kernels import ABSORBED, OVER
+from .walk_law import Facet
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Multiple scattering by random walks: `walk`, and `evaluate_walk` for single directions.
+"""Multiple scattering by random walks: `walk`.
 
 smith-walk: among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016).
 vcavity-walk: between both facets of a groove. Neither has a cap on its events.
@@ -8,7 +8,6 @@ import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,14 +16,13 @@ from tqdm import tqdm
 
 from .. import __version__, result
 from ..errors import InputError
-from ..physics import fresnel, smith, visible
-from ..physics.facet import body_weight
 from ..scene import Scene
 from ..scene_file import to_toml
 from . import flat
 from .body_bins import direction
 from .vcavity_walk import vcavity_walk
-from .walk_kernels import Facet, Law, smith_next_event, smith_walk
+from .walk_kernels import smith_walk
+from .walk_law import Facet, facet_of, law_of, stream
 from .walk_tally import CAUSES, Tally, tally
 
 Array = NDArray[np.float64]
@@ -34,63 +32,6 @@ PIECE = 262_144
 """Walks of one piece of work; each is seeded by its place and adds up with the others."""
 MOST_EVENTS = 10**9
 """Facet events after which a path counts as lost: there to end a fault, not to save time."""
-_NODES = 2049  # of the table of Λ
-
-
-class Estimate(NamedTuple):
-    """A BRDF in sr⁻¹, or its standard error: of paths without body events, with, and of all."""
-
-    specular: Array
-    body: Array
-    total: Array
-
-
-def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
-    """Slopes and masking for the kernels, γ > 3/2 and σ > 0.
-
-    Λ = A R (see `physics.smith`) is tabulated by R, the smooth part, over
-    u = x/(1+x): values and derivatives for a cubic between nodes.
-    """
-    nu = 2 * gamma - 2
-    excess = visible.mean_excess(nu)
-    u = np.linspace(0, 1, _NODES)
-    x = u[1:-1] / (1 - u[1:-1])
-    if np.isinf(nu):
-        log_power, slope = -(x**2) / 2, x
-    else:
-        log_power, slope = -(nu - 1) / 2 * np.log1p(x**2 / nu), (nu - 1) / (nu / x + x)
-    with np.errstate(under="ignore"):
-        leading = excess / x * np.exp(log_power)
-    seen = leading > 1e-290  # beyond, Λ is 0 and R does not matter
-    table = np.zeros((_NODES, 2))
-    table[0] = 1, -0.5 / excess
-    ratio = smith.lambda_of_x(x[seen], nu) / leading[seen]
-    table[1:-1, 0][seen] = ratio
-    table[1:-1, 1][seen] = ((ratio - 1) / x[seen] + ratio * slope[seen]) * (1 + x[seen]) ** 2
-    table[-1, 0] = 0 if np.isinf(nu) else 1 / nu
-    table[:, 1] /= _NODES - 1
-    return Law(nu, excess, sigma_x / np.sqrt(2), sigma_y / np.sqrt(2), table)
-
-
-def facet_of(scene: Scene, kd: float) -> Facet:
-    """Return what the kernels need of a facet; long paths are thinned as Kd would do."""
-    n = scene.material.n
-    weight = float(body_weight(n, kd))
-    return Facet(
-        n,
-        fresnel.transmittance_bound(n),
-        scene.requires.interface,
-        scene.requires.substrate,
-        weight,
-        float(fresnel.external_diffuse_transmittance(n)),
-    )
-
-
-def stream(rng: np.random.Generator) -> NDArray[np.uint64]:
-    """State of an SFC64 for the kernels, seeded by numbers of ``rng``."""
-    words = rng.integers(0, 2**64, 4, dtype=np.uint64)
-    words[3] = 1  # its counter
-    return words
 
 
 def walk(

@@ -167,10 +167,7 @@ def _seen_from_below(
     alone it would be 1/a² there.
     """
     a = -c
-    if np.isinf(nu):
-        bound = 1 / a**2
-    else:
-        bound = (nu / a**2 + 1) / (nu - 1)
+    bound = 1 / a**2 if np.isinf(nu) else (nu / a**2 + 1) / (nu - 1)
     linear = bound < 1
     s = rng.standard_gamma(np.where(linear, 2.0, 1.0))
     with np.errstate(divide="ignore", over="ignore"):
@@ -178,9 +175,7 @@ def _seen_from_below(
         relative = np.exp(_log_expm1_exponential(s, nu) + larger - 2 * np.log(a))
         growth = np.log1p(relative) / 2  # ln(x/a)
         log_x = np.log(a) + growth
-        log_x = np.where(
-            np.isfinite(relative), log_x, (_log_expm1_exponential(s, nu) + larger) / 2
-        )
+        log_x = np.where(np.isfinite(relative), log_x, (_log_expm1_exponential(s, nu) + larger) / 2)
     part = -np.expm1(-growth)
     accepted = rng.random(len(a)) * np.where(linear, bound * s, 1.0) < part
     return np.full(len(a), -1.0), log_x, accepted

@@ -63,7 +63,7 @@ def effects(comparisons: list[Comparison]) -> Figure:
         )  # fmt: skip
         panel.set_xticks(x, [_place(c, rows) for c in rows])
         panel.set_xlim(-0.6, len(rows) - 0.4)
-        panel.set_xlabel("incidence θ_i (°)")
+        panel.set_xlabel(r"incidence $\theta_i$ (°)")
         panel.set_title(label + " albedo", fontsize=10)
         panel.legend(fontsize=7, loc="best", framealpha=0.8)
         _grid(panel)
@@ -93,11 +93,11 @@ def lobes(
     for t, (theta, panel) in enumerate(zip(thetas, panels, strict=False)):
         place = {"theta_i": t, "phi_i": 0}
         if measured is not None:
-            tops += _measured_lobes(panel, measured.isel(place), scene.material.n, kd)
+            tops += _measured_lobes(panel, measured.isel(place), scene, kd)
         for key, prediction in predicted.items():
-            tops += _predicted_lobes(panel, key, prediction.isel(place), scene.material.n, kd)
+            tops += _predicted_lobes(panel, key, prediction.isel(place), scene, kd)
         panel.axvline(theta, color=GREY, linewidth=0.6, linestyle=(0, (1, 3)))
-        panel.set_title(f"θ_i = {theta:g}°", fontsize=10)
+        panel.set_title(rf"$\theta_i$ = {theta:g}°", fontsize=10)
         _grid(panel)
     for panel in panels[len(thetas) :]:
         panel.set_visible(False)
@@ -106,7 +106,7 @@ def lobes(
     panels[0].set(yscale="log", ylim=(min(bottom, top / 100), top * 2), xlim=(-90, 90))
     panels[0].set_xticks(np.arange(-90, 91, 30))
     for panel in panels[: len(thetas)][-columns:]:
-        panel.set_xlabel("θ_o in the plane of incidence (°), mirror side positive")
+        panel.set_xlabel(r"$\theta_o$ in the plane of incidence (°), mirror side positive")
     for panel in panels[::columns]:
         panel.set_ylabel("BRDF (1/sr)")
     handles, labels = panels[0].get_legend_handles_labels()
@@ -114,9 +114,17 @@ def lobes(
     return figure
 
 
-def _measured_lobes(panel: Axes, measured: xr.Dataset, n: float, kd: float) -> list[float]:
+def _cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
+    """BRDF in the plane of incidence; where every plane is one, the mean of them all."""
+    density = result.brdf(result.by_kind(dataset.flux, scene.material.n, kd))
+    if float(dataset.theta_i) == 0 and scene.roughness.isotropic:
+        density = density * 0 + density.mean("phi_o")
+    return result.in_plane(density)
+
+
+def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) -> list[float]:
     """Order 1 by kind, and all orders together, with bands over the realisations."""
-    density = result.in_plane(result.brdf(result.by_kind(measured.flux, n, kd)))
+    density = _cut(measured, scene, kd)
     curves = {
         "specular": density.sel(order=1, kind="specular"),
         "body": density.sel(order=1, kind="body"),
@@ -147,9 +155,9 @@ def _measured_lobes(panel: Axes, measured: xr.Dataset, n: float, kd: float) -> l
 
 
 def _predicted_lobes(
-    panel: Axes, key: str, prediction: xr.Dataset, n: float, kd: float
+    panel: Axes, key: str, prediction: xr.Dataset, scene: Scene, kd: float
 ) -> list[float]:
-    density = result.in_plane(result.brdf(result.by_kind(prediction.flux, n, kd)))
+    density = _cut(prediction, scene, kd)
     style, label = _MODEL_STYLE[key]
     levels = []
     for kind in result.KINDS:
@@ -194,7 +202,7 @@ def albedos(
             theta, values.sel(order=1), color=ORANGE, linestyle=_MODEL_STYLE[key][0],
             marker="x", label=f"{_MODEL_STYLE[key][1]}, order 1",
         )  # fmt: skip
-    axes.set(xlabel="incidence θ_i (°)", ylabel="albedo", yscale="log")
+    axes.set(xlabel=r"incidence $\theta_i$ (°)", ylabel="albedo", yscale="log")
     axes.legend(fontsize=7, ncols=2)
     _grid(axes)
     return figure

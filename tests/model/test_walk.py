@@ -1,0 +1,364 @@
+import furnace
+import numpy as np
+import pytest
+from brute import direction
+from numba import njit
+from scipy import stats
+
+from microsurf import model, result, summary
+from microsurf.errors import InputError
+from microsurf.model import walk_kernels as kernels
+from microsurf.model.walk import KINDS, MOST_EVENTS, walk
+from microsurf.model.walk_evaluate import evaluate_walk
+from microsurf.model.walk_law import facet_of, law_of, stream
+from microsurf.physics import facet, fresnel, visible
+from microsurf.scene import Effects, Light, Material, Roughness, Scene
+
+CLOSED = {"smith-walk": "smith", "vcavity-walk": "vcavity"}
+MATERIALS = {"IL": (1.5, 0.8), "mirror": (1.5, 0.0), "Lambertian": (1.0, 0.8)}
+ISOTROPIC, ANISOTROPIC = (2.0, (0.5,)), (8.0, (0.7, 0.2))
+SIGMAS = 4  # standard errors; of the order-1 comparisons here one in 500 runs fails
+
+
+def scene(roughness=ISOTROPIC, n=1.5, kd=0.8, theta=(0.0, 60.0, 85.0), phi=(0.0,), **more):
+    return Scene(
+        material=Material(n, (kd,)),
+        roughness=Roughness(*roughness),
+        light=Light(theta, phi),
+        **more,
+    )
+
+
+def random_state(seed=0):
+    return stream(np.random.default_rng(seed))
+
+
+# What the kernels are made of
+
+
+def test_random_numbers_are_those_of_numpys_sfc64():
+    generator = np.random.Generator(np.random.SFC64(5))
+    state = generator.bit_generator.state["state"]["state"].copy()
+    drawn = [kernels.uniform(state) for _ in range(1000)]
+    np.testing.assert_array_equal(drawn, generator.random(1000))
+
+
+def test_the_kernels_transmittance_is_the_law_of_physics():
+    mu = np.geomspace(1e-9, 1, 200)
+    for n in (1 + 1e-9, 1.5, 4.0, 100.0):
+        kernel = [kernels.transmittance(m, n) for m in mu]
+        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
+
+
+@pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.0001, 3.0, 8.0, 1e3, 1e6, 1e9, np.inf])
+def test_the_table_holds_the_projected_area(gamma):
+    """Within 1e−10 of the area at the horizon, for rays up, at random heights and at the ends."""
+    law = law_of(gamma, 0.5, 0.2)
+    rng = np.random.default_rng(1)
+    theta = np.concatenate([rng.random(2000) * 90, 90 - np.geomspace(1e-7, 1, 300), [0.0, 90.0]])
+    for t in theta:
+        w = direction(t, 360 * rng.random())
+        across = np.hypot(law.scale_x * w[0], law.scale_y * w[1])
+        expected = visible.projected_area(w, gamma, 0.5, 0.2) - w[2]
+        assert (
+            abs(kernels.above(w[2], across, law) - expected) < 1e-10 * law.excess * across + 1e-16
+        )
+
+
+@njit
+def visible_normals(out, wx, wy, wz, law, state):
+    for k in range(len(out)):
+        out[k] = kernels.visible_normal(wx, wy, wz, law, state)
+
+
+@pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.5, 8.0, 1e6, np.inf])
+def test_kernel_draws_the_visible_normals_of_physics(gamma):
+    """Two-sample Kolmogorov–Smirnov, all of them wrong in one run of 1e4."""
+    count, thetas = 100_000, (0, 30, 75, 89.999, 90, 91, 120, 170)
+    law, state, rng = law_of(gamma, 0.5, 0.2), random_state(), np.random.default_rng(2)
+    for theta in thetas:
+        w = direction(theta, 40)
+        m = np.zeros((count, 3))
+        visible_normals(m, *w, law, state)
+        np.testing.assert_allclose(np.linalg.norm(m, axis=1), 1, rtol=1e-14)
+        assert (m @ w > -1e-15).all()
+        expected = visible.sample(np.tile(w, (count, 1)), gamma, 0.5, 0.2, rng)
+        for axis in range(3):
+            level = stats.ks_2samp(m[:, axis], expected[:, axis]).pvalue
+            assert level > 1e-4 / (7 * 3 * len(thetas)), (theta, axis)
+
+
+# Order 1 against the closed forms
+
+
+def order_one(kind, walks, roughness, material):
+    """Largest deviation from the quadrature in standard errors, over kinds, angles and bins."""
+    n, kd = MATERIALS[material]
+    asked = scene(roughness, n, kd, theta=(0.0, 60.0, 85.0), phi=(25.0,))
+    walked, predicted = walk(asked, kind, walks=walks), model.predict(asked, CLOSED[kind])
+    worst = 0.0
+    for quantity in ("specular", "body"):
+        measured = summary.quantity(walked, quantity, n, kd).values
+        error = summary.ray_error(walked, quantity, n, kd).values
+        expected = summary.quantity(predicted, quantity, n, kd).values
+        np.testing.assert_array_equal(measured[error == 0], expected[error == 0])
+        off = np.abs(measured - expected)[error > 0] / error[error > 0]
+        worst = max(worst, off.max(initial=0))
+    return worst
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("roughness", "material"),
+    [(ISOTROPIC, "IL"), (ANISOTROPIC, "IL"), (ISOTROPIC, "mirror"), ((1.6, (0.5,)), "Lambertian")],
+)
+def test_order_one_is_the_closed_form(kind, roughness, material):
+    assert order_one(kind, 200_000, roughness, material) < SIGMAS
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("roughness", [ISOTROPIC, ANISOTROPIC, (1.6, (0.5,)), (1e6, (0.3,))])
+@pytest.mark.parametrize("material", MATERIALS)
+def test_order_one_is_the_closed_form_at_ten_million_walks(kind, roughness, material):
+    assert order_one(kind, 10_000_000, roughness, material) < SIGMAS
+
+
+def test_the_two_models_are_told_apart():
+    """The negative control: the other model's order 1 must fail."""
+    asked = scene()
+    walked = summary.quantity(walk(asked, walks=200_000), "specular", 1.5, 0.8)
+    error = summary.ray_error(walk(asked, walks=200_000), "specular", 1.5, 0.8)
+    other = summary.quantity(model.predict(asked, "vcavity"), "specular", 1.5, 0.8)
+    assert (abs(walked - other) / error).max() > 2 * SIGMAS
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_lobes_of_order_one_fall_into_the_bins_of_the_model(kind):
+    """Chi-square over the bins that expect ten walks or more; wrong in one run of 1e4."""
+    asked = scene(ANISOTROPIC, theta=(50.0,), phi=(35.0,))
+    count = 400_000
+    seen = walk(asked, kind, walks=count).flux.sel(order=1).values[0, 0, 0, :2] * count
+    flux = model.predict(asked, CLOSED[kind]).flux.values[0, 0, 0, 0] * count
+    used = flux >= 10
+    chi2 = np.sum((seen[used] - flux[used]) ** 2 / flux[used])
+    assert stats.chi2.sf(chi2, used.sum()) > 1e-4
+    turned = np.roll(flux, 1, axis=-1)  # the negative control: one sector on
+    used = turned >= 10
+    assert stats.chi2.sf(np.sum((seen[used] - turned[used]) ** 2 / turned[used]), used.sum()) < 1e-9
+
+
+PAIRS = [((30, 0), (40, 130)), ((80, 10), (70, 170)), ((60, 0), (60, 60)), ((89, 0), (20, 90))]
+
+
+@pytest.mark.parametrize(
+    ("roughness", "n"),
+    [(ISOTROPIC, 1.5), ((1.6, (0.5,)), 1.5), ((8.0, (0.7,)), 1.0), ((100.0, (0.5, 0.2)), 2.0)],
+)
+def test_pairs_of_directions_out_of_plane(roughness, n):
+    """Order 1 of next-event estimation against the quadrature; specular has no variance."""
+    asked = scene(roughness, n)
+    i, o = (np.array([direction(*pair[k]) for pair in PAIRS]) for k in (0, 1))
+    f, se = evaluate_walk(asked, i, o, "smith-walk", 100_000, np.random.default_rng(3), (1, 1))
+    specular, body = model.evaluate(asked, i, o, "smith")
+    assert (np.abs(f.body - body) < SIGMAS * se.body).all()
+    np.testing.assert_allclose(f.specular, specular, rtol=1e-9, atol=1e-30)
+    np.testing.assert_allclose(f.total, f.specular + f.body, rtol=1e-14)
+    assert (np.abs(f.body - 1.02 * body) > SIGMAS * se.body).all()  # the negative control
+
+
+@pytest.mark.parametrize("roughness", [ISOTROPIC, (8.0, (1.0, 0.3)), (1.8, (2.0,))])
+def test_all_orders_are_reciprocal(roughness):
+    asked = scene(roughness, kd=1.0)
+    i, o = (np.array([direction(*pair[k]) for pair in PAIRS]) for k in (0, 1))
+    rng = np.random.default_rng(4)
+    there, error = evaluate_walk(asked, i, o, "smith-walk", 100_000, rng)
+    back, other = evaluate_walk(asked, o, i, "smith-walk", 100_000, rng)
+    assert (np.abs(there.total - back.total) < SIGMAS * np.hypot(error.total, other.total)).all()
+    # The negative control: light is not the same if only one side carries its cosine.
+    off = there.total * i[:, 2] - back.total * o[:, 2]
+    assert (np.abs(off) > SIGMAS * np.hypot(error.total, other.total)).any()
+
+
+def test_evaluation_and_walks_agree_in_a_bin():
+    """f averaged over one bin of the detector, every order: two estimators, one integral."""
+    asked = scene(theta=(60.0,), kd=1.0, roughness=(2.0, (1.0,)))
+    walked = walk(asked, walks=2_000_000, seed=3)
+    ring, sector = result.ring_of(40.0), 9
+    share = walked.flux.isel(theta_o=ring, phi_o=sector).sum(("order", "body_events")).item()
+    low, high = np.cos(np.radians(result.RING_EDGES[[ring + 1, ring]]))
+    rng = np.random.default_rng(5)
+    o = np.array(
+        [
+            direction(np.degrees(np.arccos(z)), d)
+            for z, d in rng.uniform((low, 85), (high, 95), (200, 2))
+        ]
+    )
+    f, se = evaluate_walk(asked, direction(60, 0), o, "smith-walk", 5000, rng)
+    solid = (high - low) * np.radians(10)
+    weighted = f.total * o[:, 2] * solid
+    error = np.hypot(weighted.std() / np.sqrt(len(o)), np.sqrt(share / 2_000_000))
+    assert abs(weighted.mean() - share) < SIGMAS * error
+    assert (se.total > 0).all()
+
+
+# Energy
+
+
+def white(gamma, sigma, n, theta, walks, seed, cap=MOST_EVENTS):
+    """Deviation of the evaluated white furnace from 1, in standard errors."""
+    values = np.zeros(walks)
+    asked = scene((gamma, (sigma,)), n, 1.0)
+    law = law_of(gamma, sigma, sigma)
+    furnace.furnace(values, direction(theta, 0), law, facet_of(asked, 1.0), random_state(seed), cap)
+    return (values.mean() - 1) / (values.std() / np.sqrt(walks))
+
+
+FURNACES = [
+    (gamma, sigma, n, theta)
+    for gamma in (1.6, 2.0, 8.0, 1e6)
+    for sigma in (0.01, 0.5, 2.0)
+    for n in (1.0, 1.5, 4.0)
+    for theta in (0, 45, 80, 89)
+]
+
+
+def test_white_furnace():
+    """144 of them, none beyond 4 standard errors (wrong in one run of 100), and no bias in all."""
+    z = [white(*case, walks=10_000, seed=k) for k, case in enumerate(FURNACES)]
+    assert np.abs(z).max() < SIGMAS
+    assert abs(np.mean(z)) < SIGMAS / np.sqrt(len(z))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("gamma", [1.6, 2.0, 8.0, 1e6])
+def test_white_furnace_at_a_million_walks(gamma):
+    z = [
+        white(*case, walks=1_000_000, seed=k) for k, case in enumerate(FURNACES) if case[0] == gamma
+    ]
+    assert np.abs(z).max() < SIGMAS
+
+
+def test_a_capped_walk_or_a_wrong_law_fails_the_white_furnace():
+    """The negative controls: eight events are not all; a walk is not its neighbour's."""
+    assert white(1.6, 2.0, 1.5, 0, walks=100_000, seed=1, cap=8) < -10
+    values = np.zeros(100_000)
+    wrong = facet_of(scene(n=1.5), 1.0)._replace(escape=0.999 * facet_of(scene(), 1.0).escape)
+    law = law_of(2.0, 0.1, 0.1)
+    furnace.furnace(values, direction(60, 0), law, wrong, random_state(), MOST_EVENTS)
+    right = white(2.0, 0.1, 1.5, 60, walks=100_000, seed=0)
+    shifted = (values.mean() - 1) / (values.std() / np.sqrt(len(values)))
+    assert shifted > right
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n", [1.0, 1.5])
+def test_nothing_is_lost_at_unit_substrate(kind, n):
+    walked = walk(scene((1.6, (1.0, 0.2)), n, 1.0), kind, walks=20_000)
+    energy = summary.quantity(walked, "total", n, 1.0)
+    np.testing.assert_allclose(energy, 1, rtol=1e-12)
+    assert walked.ended.sum() == 0
+    assert (summary.lost_paths(walked) == 0).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_walk_is_accounted_for(kind):
+    for n, kd in MATERIALS.values():
+        walked = walk(scene((1.6, (1.0,)), n, kd), kind, walks=20_001)
+        assert (walked.arrived + walked.ended.sum("cause") == walked.paths).all()
+        assert (walked.paths == 20_001).all()
+        assert walked.ended.sel(cause="endless").sum() == 0
+
+
+def test_thinned_long_walks_keep_their_light():
+    """Energy at Kd = 0.8 is the same whether long walks are thinned for 0.8 or not at all."""
+    law = (1.6, (2.0,))
+    thinned = walk(scene(law, kd=0.8, theta=(0.0,)), walks=100_000, seed=1)
+    whole = walk(scene(law, kd=1.0, theta=(0.0,)), walks=100_000, seed=2)
+    mean = [summary.quantity(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
+    error = [summary.ray_error(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
+    assert thinned.ended.sel(cause="absorbed").item() > 1000
+    # Shared bins of body events add up to 2e−3 of the light beyond sixteen of them.
+    assert abs(mean[0] - mean[1]) < SIGMAS * np.hypot(*error) + 2e-5
+
+
+def test_corner_of_heavy_tails_and_steep_slopes():
+    """γ = 1.51, σ = 5: a walk has hundreds to thousands of events, and all of them end."""
+    walked = walk(scene((1.51, (5.0,)), kd=1.0, theta=(0.0,)), walks=1000, seed=1)
+    assert (walked.arrived == 1000).all()
+    assert walked.attrs["events"] / 1000 > 100
+
+
+# What runs
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_bits_whatever_the_number_of_threads(kind, monkeypatch):
+    monkeypatch.setattr("microsurf.model.walk.PIECE", 3000)
+    asked = scene(theta=(30.0,), phi=(0.0, 70.0))
+    one, three = (walk(asked, kind, walks=20_000, seed=7, workers=w) for w in (1, 3))
+    np.testing.assert_array_equal(one.flux, three.flux)
+    other = walk(asked, kind, walks=20_000, seed=8, workers=3)
+    assert (one.flux != other.flux).any()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_order_alone_leaves_the_rest_out(kind):
+    alone = walk(scene(effects=Effects(multiple_scattering=False)), kind, walks=50_000)
+    assert alone.flux.sel(order=slice(2, None)).sum() == 0
+    assert (alone.arrived + alone.ended.sel(cause="left out") == alone.paths).all()
+    assert (summary.lost_paths(alone) == 0).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_black_facet_without_interface_sends_nothing_back(kind):
+    walked = walk(scene(n=1.0, kd=0.0), kind, walks=1000)
+    assert walked.flux.sum() == 0
+    assert (walked.ended.sel(cause="absorbed") == 1000).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_flat_scene_is_one_facet_exactly(kind):
+    walked = walk(scene((2.0, (0.0,))), kind, walks=10)
+    total = summary.quantity(walked, "total", 1.5, 0.8).values.ravel()
+    cosine = np.cos(np.radians([0.0, 60.0, 85.0]))
+    np.testing.assert_allclose(total, facet.albedo(cosine, 1.5, 0.8), rtol=1e-12)
+    assert (summary.standard_error(walked, "total", 1.5, 0.8) == 0).all()
+
+
+def test_figures_and_files_take_a_walk_as_any_result(tmp_path):
+    walked = walk(scene(), walks=10_000)
+    figures = summary.figures(walked, 1.5, (0.0, 0.8))
+    assert all(0 < se < 0.01 for pair in figures["albedo_se"] for se in pair)
+    result.save(walked, tmp_path / "walk.nc")
+    np.testing.assert_array_equal(result.load(tmp_path / "walk.nc").flux, walked.flux)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: walk(scene(), "smith"), "kind = 'smith': must be one of smith-walk, vcavity-walk"),
+        (lambda: walk(scene(), walks=0), "walks = 0: must be 1 or more"),
+        (lambda: pair(kind="vcavity-walk"), "kind = 'vcavity-walk': single directions need smith"),
+        (lambda: pair(walks=1), "walks = 1: must be 2 or more"),
+        (lambda: pair(asked=scene((2.0, (0.0,)))), "roughness.sigma = .*: must be > 0"),
+        (lambda: pair(i=np.array([0.0, 0.0, 2.0])), "i: must be unit vectors"),
+    ],
+)
+def test_refuses_what_makes_no_sense(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+def pair(asked=None, i=None, kind="smith-walk", walks=10):
+    up = np.array([0.0, 0.0, 1.0])
+    i = up if i is None else i
+    return evaluate_walk(asked or scene(), i, up, kind, walks, np.random.default_rng(0))
+
+
+def test_below_the_horizon_is_nothing():
+    i = np.array([direction(30, 0), direction(100, 0)])
+    o = np.array([direction(95, 0), direction(20, 0)])
+    f, se = evaluate_walk(scene(), i, o, "smith-walk", 10, np.random.default_rng(0))
+    assert (f.total == 0).all()
+    assert (se.total == 0).all()
