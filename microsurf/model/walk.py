@@ -20,8 +20,7 @@ from ..scene import Scene
 from ..scene_file import to_toml
 from . import flat
 from .body_bins import direction
-from .vcavity_walk import vcavity_walk
-from .walk_kernels import smith_walk
+from .walk_kernels import smith_walk, vcavity_walk
 from .walk_law import Facet, facet_of, law_of, stream
 from .walk_tally import CAUSES, Tally, tally
 
@@ -92,23 +91,19 @@ def walk(
     sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
     most = MOST_EVENTS if scene.requires.multiple_scattering else 1
 
+    run = smith_walk if kind == "smith-walk" else vcavity_walk
+
     def piece(a: int, k: int) -> Tally:
         sequence = np.random.SeedSequence(seed, spawn_key=(2, a, k))
         rng = np.random.Generator(np.random.SFC64(sequence))
         theta, phi = angles[a]
         i = direction(np.radians(theta), np.radians(phi))
         exits, events = np.zeros((sizes[k], 3)), np.zeros((sizes[k], 2), np.int64)
-        if kind == "smith-walk":
-            smith_walk(exits, events, most, i, law, facet, stream(rng))
-        else:
-            slopes = rough.gamma, rough.sigma_x, rough.sigma_y
-            vcavity_walk(exits, events, most, i, slopes, facet, rng)
+        run(exits, events, most, i, law, facet, stream(rng))
         return tally(exits, events, phi, single=not scene.requires.multiple_scattering)
 
-    smith_walk(
-        np.zeros((0, 3)), np.zeros((0, 2), np.int64), 1, np.zeros(3), law, facet,
-        np.ones(4, np.uint64),
-    )  # fmt: skip
+    nobody = np.zeros((0, 3)), np.zeros((0, 2), np.int64)
+    run(*nobody, 1, np.zeros(3), law, facet, stream(np.random.default_rng(0)))
     begin = time.perf_counter()  # after compilation
     bar = tqdm(
         total=len(angles) * walks / 1e6,

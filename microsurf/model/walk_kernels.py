@@ -226,22 +226,16 @@ def smith_walk(exits, events, most, i, law, facet, state):
 
 
 @compiled
-def distribution(hx, hy, hz, law):
-    """D of the unit normal h, h_z > 0, as `physics.std.distribution`."""
-    tx, ty = hx / (law.scale_x * hz), hy / (law.scale_y * hz)
-    t2 = tx * tx + ty * ty
-    log_kernel = -t2 / 2 if law.nu == np.inf else -(law.nu / 2 + 1) * np.log1p(t2 / law.nu)
-    return np.exp(log_kernel - 4 * np.log(hz)) / (2 * np.pi * law.scale_x * law.scale_y)
-
-
-@compiled
 def mirrored(dx, dy, dz, area, ox, oy, oz, law):
     """Density in sr⁻¹ of mirror directions at o, D(h)/(4 σ(−d)), and the cosine at the facet."""
     hx, hy, hz = ox - dx, oy - dy, oz - dz
     norm = np.sqrt(hx * hx + hy * hy + hz * hz)
     if not (hz > 0 and norm > 0):
         return 0.0, 1.0
-    return distribution(hx / norm, hy / norm, hz / norm, law) / (4 * area), norm / 2
+    t2 = (hx / (law.scale_x * hz)) ** 2 + (hy / (law.scale_y * hz)) ** 2
+    log_kernel = -t2 / 2 if law.nu == np.inf else -(law.nu / 2 + 1) * np.log1p(t2 / law.nu)
+    height = 1 / (8 * np.pi * law.scale_x * law.scale_y * area)
+    return height * np.exp(log_kernel - 4 * np.log(hz / norm)), norm / 2
 
 
 @compiled
@@ -298,3 +292,40 @@ def smith_next_event(values, first, last, i, o, law, facet, state):
         values[k, 0], values[k, 1] = specular, diffuse
         total += order
     return total
+
+
+@compiled
+def vcavity_walk(exits, events, most, i, law, facet, state):
+    """As `smith_walk`, between both facets a and b of a groove (Torrance and Sparrow 1967).
+
+    The place on a facet is its distance t in (0, 1] from the bottom. A ray that leaves a
+    at t meets b at t (d·a)/(−d·b), or passes above it if that is past 1.
+    """
+    for k in range(len(exits)):
+        dx, dy, dz = -i[0], -i[1], -i[2]
+        # A groove offers the light its opening, whatever its slope: the distribution itself.
+        p, q = radial_slope(law.nu, state)
+        ax, ay = -law.scale_x * p, -law.scale_y * q
+        norm = np.sqrt(ax * ax + ay * ay + 1)
+        ax, ay, az = ax / norm, ay / norm, 1 / norm
+        to_a, to_b = -(dx * ax + dy * ay + dz * az), dx * ax + dy * ay - dz * az
+        # One of both faces the light at least; each is seen in proportion to its cosine.
+        if uniform(state) * (max(to_a, 0.0) + max(to_b, 0.0)) >= to_a:
+            ax, ay, to_a, to_b = -ax, -ay, to_b, to_a
+        # Light past the edge of b reaches a from t = −i·b/(i·a) upwards.
+        t = 1 - uniform(state) * (1 - max(-to_b / to_a, 0.0))
+        order = body = 0
+        while True:
+            if order == most:
+                body = OVER
+                break
+            dx, dy, dz, body = scatter(dx, dy, dz, ax, ay, az, body, facet, state)
+            order += 1
+            leaving = t * max(dx * ax + dy * ay + dz * az, 0.0)
+            towards = dx * ax + dy * ay - dz * az
+            if body < 0 or (dz > 0 and leaving >= towards):
+                break
+            t = min(leaving / towards, 1.0)
+            ax, ay = -ax, -ay
+        exits[k, 0], exits[k, 1], exits[k, 2] = dx, dy, dz
+        events[k, 0], events[k, 1] = order, body

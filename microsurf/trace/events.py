@@ -19,7 +19,7 @@ _EDGE = 1e-4  # a ray that grazes a ridge may be said to hit its far side, this 
 
 
 @njit(cache=True, nogil=True)
-def transmittance(mu, n):  # type: ignore[no-untyped-def]
+def transmittance(mu, n):
     """T(μ) as in `physics.fresnel.transmittance`, one number at a time."""
     g = np.sqrt((n - 1) * (n + 1) + mu * mu)
     return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
@@ -100,7 +100,7 @@ def launch(
 
 
 @njit(cache=True, nogil=True)
-def take_events(  # type: ignore[no-untyped-def]
+def take_events(
     active, origins, rays, directions, state, ended,
     triangle, u, v,
     heights, flipped, x0, y0, columns, rows, bottom, top, reach,
