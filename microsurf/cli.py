@@ -1,44 +1,45 @@
-"""The command line: puts the commands together, and gives every error one line and its code."""
+"""The command line's entry: gives every error one line and its exit code."""
 
+import os
+import signal
 import sys
+from types import FrameType
 
 import click
 
-from . import __version__
-from .commands.measure import measure_command
-from .commands.plot import plot_command
-from .commands.predict import predict_command
-from .commands.surface import make_surface
-from .commands.validate import validate_command
 from .errors import MicrosurfError
-
-
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__)
-def cli() -> None:
-    """Make Student-t microsurfaces, ray-trace them, and compare them with microfacet theory.
-
-    Example: microsurf measure --gamma 2 --sigma 0.5 --theta 60
-    """
-
-
-for _command in (make_surface, measure_command, predict_command, validate_command, plot_command):
-    cli.add_command(_command)
 
 
 def main() -> None:
     """Run the command line with its exit codes: every error is one line on stderr."""
+    # Libraries swallow or misreport a Ctrl-C that meets them while they load: nothing
+    # has begun yet, so it ends the process here.
+    usual = signal.signal(signal.SIGINT, _stop)
+    from .commands import cli  # noqa: PLC0415 - loads all of them, hence late
+
+    signal.signal(signal.SIGINT, usual)
     try:
-        code = cli.main(standalone_mode=False)
+        # Not cli.main(), which prints an empty line of its own at Ctrl-C.
+        with cli.make_context("microsurf", sys.argv[1:] or ["--help"]) as context:
+            cli.invoke(context)
     except MicrosurfError as error:
         _fail(str(error), error.exit_code)
+    except click.exceptions.Exit as done:
+        sys.exit(done.exit_code)
     except click.ClickException as error:
         _fail(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
         _fail("interrupted", 130)
+    except BrokenPipeError:
+        # The reader of --help has gone; or Python complains when it flushes at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, MemoryError) as error:
         _fail(f"could not finish: {error or 'out of memory'}", 3)
-    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _stop(_: int, __: FrameType | None) -> None:
+    os.write(2, b"microsurf: interrupted\n")
+    os._exit(130)
 
 
 def _fail(message: str, code: int) -> None:

@@ -9,14 +9,31 @@ from pathlib import Path
 from .errors import InputError, MicrosurfError
 
 
+def check_readable(path: Path, instead: str) -> None:
+    """Refuse a path that is no file one may read; ``instead`` says what to do then."""
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; {instead}")
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; {instead}")
+        path.open("rb").close()
+    except OSError as error:
+        raise InputError(f"{path}: can't be read ({error.strerror}); {instead}") from error
+
+
 def check_writable(path: Path) -> None:
     """Refuse a path that could not be written, before any work is done for it."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: the folder {path.parent} can't be written to; choose another")
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; give the name of a file")
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
+        # Permissions don't tell all, a file system may be read-only: try.
+        handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise InputError(f"{path}: can't be written ({error.strerror}); choose another") from error
+    os.close(handle)
+    Path(name).unlink()
 
 
 @contextmanager
@@ -40,7 +57,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     except OSError as error:
         raise MicrosurfError(
-            f"{path}: could not be written ({error.strerror}); nothing was left there. "
+            f"{path}: could not be written ({error.strerror or error}); nothing was left there. "
             "Make room or choose another place"
         ) from error
     finally:

@@ -11,6 +11,9 @@ TRACE_BYTES_PER_CELL = 500
 SURFACE_BYTES_PER_CELL = 300
 """Peak of synthesis alone."""
 
+BYTES_PER_LOBE = 5_000_000
+"""Peak of a lobe's bins, its tally's and their sums' (measured at n = 1.5, Kd = 0.8: 4.1e6)."""
+
 
 def available() -> float:
     """Bytes of memory free now; ∞ where the system does not say."""
@@ -24,11 +27,26 @@ def available() -> float:
         return float("inf")
 
 
+def gibibytes(size: float) -> str:
+    """Write a number of bytes for people."""
+    return f"{size / 2**30:.1f} GiB"
+
+
 def require(cells: int, bytes_per_cell: int, name: str) -> None:
     """Refuse a surface of ``cells`` cells in all that would not fit into memory."""
     needed, free = cells * bytes_per_cell, available()
     if needed > free:
         raise InputError(
-            f"{name}: {cells} cells need about {needed / 2**30:.1f} GiB, "
-            f"{free / 2**30:.1f} GiB are free; take fewer cells"
+            f"{name}: {cells} cells need about {gibibytes(needed)}, "
+            f"{gibibytes(free)} are free; take fewer cells"
+        )
+
+
+def require_lobes(realisations: int, angles: int) -> None:
+    """Refuse more lobes, one for each realisation and angle, than would fit into memory."""
+    needed, free = realisations * angles * BYTES_PER_LOBE, available()
+    if needed > free:
+        raise InputError(
+            f"{angles} angles of incidence on {realisations} realisations: their lobes need about "
+            f"{gibibytes(needed)}, {gibibytes(free)} are free; take fewer at a time"
         )

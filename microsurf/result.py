@@ -23,8 +23,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .files import whole_file
+from .errors import InputError, MicrosurfError
+from .files import check_readable, whole_file
 from .physics import facet
 
 Array = NDArray[np.float64]
@@ -160,9 +160,35 @@ def in_plane(values: xr.DataArray) -> xr.DataArray:
 
 
 def save(result: xr.Dataset, path: Path) -> None:
-    """Write a result as netCDF, whole or not at all."""
+    """Write a result as netCDF-3, whole or not at all.
+
+    Realisations are its records: then only what one of them holds is limited to 2 GiB.
+    Whole numbers in the attributes that netCDF-3 has no type for, such as large seeds,
+    are written as text.
+
+    Raises
+    ------
+    MicrosurfError
+        If there is no room for it, or one realisation is larger than 2 GiB.
+
+    """
+    plain = result.assign_attrs(
+        {
+            name: str(value) if isinstance(value, int) and abs(value) >= 2**31 else value
+            for name, value in result.attrs.items()
+        }
+    )
     with whole_file(path) as temporary:
-        result.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+        try:
+            plain.to_netcdf(
+                temporary, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["realisation"]
+            )
+        except OverflowError as error:
+            size = result.flux.nbytes / result.sizes["realisation"] / 2**30
+            raise MicrosurfError(
+                f"{path}: {size:.1f} GiB of lobes a realisation, a netCDF-3 file holds 2; "
+                "take fewer angles at a time"
+            ) from error
 
 
 def load(path: Path) -> xr.Dataset:
@@ -174,12 +200,13 @@ def load(path: Path) -> xr.Dataset:
         If the file is missing, truncated or not a result of microsurf.
 
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; `microsurf measure --out FILE.nc` writes one")
+    check_readable(path, "`microsurf measure --out FILE.nc` writes one")
     try:
         result = xr.load_dataset(path, engine="scipy")
     except Exception as error:  # scipy raises anything from TypeError to IndexError here
         raise InputError(f"{path}: not a netCDF file, or truncated; measure it again") from error
     if "flux" not in result or result.flux.dims != _DIMENSIONS:
         raise InputError(f"{path}: not a result of microsurf (no flux with its seven dimensions)")
+    if result.flux.shape[-2:] != (RINGS, SECTORS) or not {"source", "scene"} <= set(result.attrs):
+        raise InputError(f"{path}: not a result of this microsurf; measure it again")
     return result

@@ -1,11 +1,12 @@
 """What is asked: material, roughness, surface, light, accuracy. Files: `scene_file`."""
 
+import math
+import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
+from . import memory
 from .errors import InputError
 
 STRUCTURES = ("independent",)
@@ -13,27 +14,38 @@ BOUNDARIES = ("periodic", "mirror")
 LEVELS = ("none", "plane", "quadratic")
 QUANTITIES = ("specular", "body", "total")
 VERDICTS = ("holds", "departs", "undecided")
+ANY_VERDICT = ("|".join(VERDICTS),)
 MAX_CELLS = 16384
+MAX_INDEX = 100.0
+"""Largest n: beyond, 4/n of the light at most enters, and F is 1 but at grazing."""
+CORRELATIONS = (0.5, 1e6)
+"""Correlation lengths in cells: below, cells are white noise; above, a period is one parabola."""
+SPACINGS = (1e-30, 1e30)
+"""Spacings in the unit of length: squares of heights and float32 meshes must hold them."""
 
 
 def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
     if not condition:
-        raise InputError(f"{name} = {value}: must be {allowed}")
+        # reprlib cuts what is too long for one line.
+        raise InputError(f"{name} = {reprlib.repr(value)}: must be {allowed}")
 
 
 def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{name} = {value!r}: must be a number")
-    if not np.isfinite(value):
-        raise InputError(f"{name} = {value}: must be a finite number")
-    return float(value)
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    _require(plain, name, value, "a number")
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number beyond every float
+        number = math.inf
+    _require(math.isfinite(number), name, value, "a finite number")
+    return number
 
 
 def _whole(name: str, value: Any, low: int, high: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise InputError(f"{name} = {value!r}: must be a whole number")
+    plain = isinstance(value, int) and not isinstance(value, bool)
+    _require(plain, name, value, "a whole number")
     _require(low <= value <= high, name, value, f"{low} … {high}")
-    return value
+    return int(value)
 
 
 def _numbers(name: str, value: Any) -> tuple[float, ...]:
@@ -42,15 +54,26 @@ def _numbers(name: str, value: Any) -> tuple[float, ...]:
     return tuple(_number(name, v) for v in values)
 
 
+def _check_cells(cells: Any) -> None:
+    """Refuse a number of cells a side that no mesh has, saying what memory it would take."""
+    plain = isinstance(cells, int) and not isinstance(cells, bool)
+    if plain and MAX_CELLS < cells < 10**9:
+        raise InputError(
+            f"surface.cells = {cells}: must be 2 … {MAX_CELLS}; {cells} a side would take about "
+            f"{memory.gibibytes(cells**2 * memory.TRACE_BYTES_PER_CELL)} of memory, "
+            f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.TRACE_BYTES_PER_CELL)}"
+        )
+    _whole("surface.cells", cells, 2, MAX_CELLS)
+
+
 def _choice(name: str, value: Any, allowed: tuple[str, ...]) -> str:
-    if value not in allowed:
-        raise InputError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
+    _require(value in allowed, name, value, f"one of {', '.join(allowed)}")
     return str(value)
 
 
 @dataclass(frozen=True)
 class Material:
-    """Interfaced-Lambertian facet: relative index n ≥ 1 and substrate albedo Kd in [0, 1].
+    """Interfaced-Lambertian facet: relative index n in [1, 100], substrate albedo Kd in [0, 1].
 
     Several Kd are answered by one trace.
     """
@@ -61,7 +84,7 @@ class Material:
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", _number("material.n", self.n))
         object.__setattr__(self, "kd", _numbers("material.kd", self.kd))
-        _require(self.n >= 1, "material.n", self.n, "≥ 1 (1 = no interface)")
+        _require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
         for kd in self.kd:
             _require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
 
@@ -130,34 +153,48 @@ class Surface:
     level: str = "none"
 
     def __post_init__(self) -> None:
-        _whole("surface.cells", self.cells, 2, MAX_CELLS)
+        _check_cells(self.cells)
         object.__setattr__(self, "correlation", _number("surface.correlation", self.correlation))
-        _require(self.correlation > 0, "surface.correlation", self.correlation, "> 0 cells")
+        low, high = CORRELATIONS
+        _require(
+            low <= self.correlation <= high,
+            "surface.correlation",
+            self.correlation,
+            f"{low:g} … {high:g} cells",
+        )
         _choice("surface.structure", self.structure, STRUCTURES)
         _whole("surface.realisations", self.realisations, 1, 10_000)
         if self.spacing is not None:
-            _require(
-                _number("surface.spacing", self.spacing) > 0, "surface.spacing", self.spacing, "> 0"
-            )
+            spacing = _number("surface.spacing", self.spacing)
+            object.__setattr__(self, "spacing", spacing)
+            low, high = SPACINGS
+            _require(low <= spacing <= high, "surface.spacing", spacing, f"{low:g} … {high:g}")
         if self.boundary is not None:
             _choice("surface.boundary", self.boundary, BOUNDARIES)
         _choice("surface.level", self.level, LEVELS)
-        if self.file is not None and not isinstance(self.file, str):
-            raise InputError(f"surface.file = {self.file!r}: must be the name of a file")
+        named = self.file is None or (isinstance(self.file, str) and self.file != "")
+        _require(named, "surface.file", self.file, "the name of a file")
 
 
 @dataclass(frozen=True)
 class Light:
-    """Directions of incidence in degrees: θ in [0, 90), φ from +x."""
+    """Directions of incidence in degrees: θ in [0, 90), φ in [−360, 360] from +x."""
 
     theta: tuple[float, ...] = (0.0, 30.0, 60.0, 80.0)
     phi: tuple[float, ...] = (0.0,)
+
+    @property
+    def angles(self) -> int:
+        """How many directions there are, each θ with each φ."""
+        return len(self.theta) * len(self.phi)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "theta", _numbers("light.theta", self.theta))
         object.__setattr__(self, "phi", _numbers("light.phi", self.phi))
         for theta in self.theta:
             _require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
+        for phi in self.phi:
+            _require(-360 <= phi <= 360, "light.phi", phi, "−360 … 360 degrees")
         for name, values in (("light.theta", self.theta), ("light.phi", self.phi)):
             _require(len(set(values)) == len(values), name, list(values), "without repetition")
 
@@ -179,10 +216,12 @@ class Effects:
     multiple_scattering: bool = True
 
     def __post_init__(self) -> None:
-        if not isinstance(self.multiple_scattering, bool):
-            raise InputError(
-                f"effects.multiple_scattering = {self.multiple_scattering!r}: must be true or false"
-            )
+        _require(
+            isinstance(self.multiple_scattering, bool),
+            "effects.multiple_scattering",
+            self.multiple_scattering,
+            "true or false",
+        )
 
 
 @dataclass(frozen=True)
@@ -193,16 +232,18 @@ class Expectation:
     ``verdict`` names one verdict for all angles or one for each; ``"a|b"`` allows both.
     """
 
-    verdict: tuple[str, ...]
+    verdict: tuple[str, ...] = ANY_VERDICT
     margin: float = 0.05
     why: str = ""
 
     def __post_init__(self) -> None:
-        verdict = (self.verdict,) if isinstance(self.verdict, str) else tuple(self.verdict)
+        given = self.verdict
+        verdict = tuple(given) if isinstance(given, list | tuple) else (given,)
         object.__setattr__(self, "verdict", verdict)
         for entry in verdict:
             for word in str(entry).split("|"):
                 _choice("expect.verdict", word, VERDICTS)
+        _require(isinstance(self.why, str), "expect.why", self.why, "a text")
         object.__setattr__(self, "margin", _number("expect.margin", self.margin))
         _require(0 < self.margin < 1, "expect.margin", self.margin, "between 0 and 1")
 
@@ -223,8 +264,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         for name in ("title", "rationale"):
-            if not isinstance(getattr(self, name), str):
-                raise InputError(f"{name} = {getattr(self, name)!r}: must be a text")
+            _require(isinstance(getattr(self, name), str), name, getattr(self, name), "a text")
         for quantity, expected in self.expect.items():
             if len(expected.verdict) not in (1, len(self.light.theta)):
                 raise InputError(

@@ -10,6 +10,7 @@ from typing import Any
 import tomli_w
 
 from .errors import InputError
+from .files import check_readable
 from .scene import (
     QUANTITIES,
     Accuracy,
@@ -68,13 +69,14 @@ def from_dict(document: Mapping[str, Any]) -> Scene:
 
 def read(path: Path) -> Scene:
     """Read a scene file; a relative ``surface.file`` is looked for beside it."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; give a scene file (.toml)")
+    check_readable(path, "give a scene file (.toml)")
     if path.stat().st_size > _MAX_BYTES:
         raise InputError(f"{path}: {path.stat().st_size} bytes is too large for a scene file")
     try:
-        scene = from_toml(path.read_text(encoding="utf-8"))
-    except (InputError, OSError, UnicodeDecodeError) as error:
+        scene = from_toml(path.read_text(encoding="utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text in UTF-8; give a scene file (.toml)") from error
+    except (InputError, OSError) as error:
         raise InputError(f"{path}: {error}") from error
     if scene.surface.file is not None:
         file = str(path.parent / scene.surface.file)
@@ -86,8 +88,10 @@ def from_toml(text: str) -> Scene:
     """Build a scene from the text of a scene file, as results hold it."""
     try:
         return from_dict(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, TypeError) as error:
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"not a scene: {error}") from error
+    except RecursionError as error:
+        raise InputError("not a scene: nested too deeply; a scene is tables of values") from error
 
 
 def to_toml(scene: Scene) -> str:

@@ -1,1 +1,23 @@
-"""The commands, one a file; `cli` puts them together."""
+"""The commands, one a file, put together."""
+
+import click
+
+from .. import __version__
+from .measure import measure_command
+from .plot import plot_command
+from .predict import predict_command
+from .surface import make_surface
+from .validate import validate_command
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__)
+def cli() -> None:
+    """Make Student-t microsurfaces, ray-trace them, and compare them with microfacet theory.
+
+    Example: microsurf measure --gamma 2 --sigma 0.5 --theta 60
+    """
+
+
+for _command in (make_surface, measure_command, predict_command, validate_command, plot_command):
+    cli.add_command(_command)

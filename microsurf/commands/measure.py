@@ -5,10 +5,22 @@ from typing import Any
 
 import click
 
-from .. import result, summary
+from .. import memory, result, summary
 from ..files import check_writable
 from ..trace import measure
-from .options import PATH, as_json, compose, generated, light, material, roughness, seed, workers
+from .options import (
+    PATH,
+    as_json,
+    check_described,
+    check_from_file,
+    compose,
+    generated,
+    light,
+    material,
+    roughness,
+    seed,
+    workers,
+)
 from .output import check_ending, show
 
 
@@ -36,7 +48,11 @@ def measure_command(
 
     Example: microsurf measure --gamma 2 --sigma 0.5 --n 1.5 --kd 0.8 --theta 60
     """
+    if given["surface_file"] is None:
+        check_described(scene_file, given)
     asked = compose(scene_file, **given)
+    check_from_file(asked, given)
+    memory.require_lobes(asked.surface.realisations, asked.light.angles)
     if out is not None:
         check_ending(out, ".nc")
         check_writable(out)

@@ -8,28 +8,31 @@ from typing import Any
 import click
 
 from .. import scene_file
+from ..errors import InputError
+from ..files import check_readable
 from ..scene import Scene
 
-
-class Numbers(click.ParamType[tuple[float, ...]]):
-    """One number, or several separated by commas."""
-
-    name = "numbers"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        """Split and convert."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            return tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not a number, nor numbers separated by commas", param, ctx)
-
-
-NUMBERS = Numbers()
 PATH = click.Path(path_type=Path)
+_MAX_WORKERS = 1024
+_OF_MADE_SURFACES = ("gamma", "sigma", "sigma_y", "cells", "correlation", "structure")
+
+
+def _numbers(
+    _: click.Context, parameter: click.Parameter, value: str | None
+) -> tuple[float, ...] | None:
+    """One number, or several separated by commas."""
+    if value is None:
+        return None
+    try:
+        return tuple(float(part) for part in value.split(","))
+    except ValueError as error:
+        raise click.BadParameter(
+            f"{value!r} is not a number, nor numbers separated by commas", param=parameter
+        ) from error
+
+
+def _many(name: str, text: str) -> Callable[..., Any]:
+    return click.option(name, callback=_numbers, metavar="NUMBER[,NUMBER…]", help=text)
 
 
 def together(*options: Callable[..., Any]) -> Callable[..., Any]:
@@ -45,10 +48,12 @@ def together(*options: Callable[..., Any]) -> Callable[..., Any]:
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout.")
 seed = click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-workers = click.option("--workers", type=click.IntRange(1), help="Threads; default all cores.")
+workers = click.option(
+    "--workers", type=click.IntRange(1, _MAX_WORKERS), help="Threads; default all cores."
+)
 light = together(
-    click.option("--theta", type=NUMBERS, help="Incidence θ in degrees, e.g. 0,30,60."),
-    click.option("--phi", type=NUMBERS, help="Azimuth of incidence in degrees, from +x."),
+    _many("--theta", "Incidence θ in degrees, e.g. 0,30,60."),
+    _many("--phi", "Azimuth of incidence in degrees, from +x."),
 )
 roughness = together(
     click.option("--gamma", type=float, help="Shape γ of the slopes, > 1.5; 2 is GGX."),
@@ -57,13 +62,38 @@ roughness = together(
 )
 material = together(
     click.option("--n", type=float, help="Relative index ≥ 1; 1 = no interface. Default 1.5."),
-    click.option("--kd", type=NUMBERS, help="Substrate albedo 0 … 1, or several. Default 0.8."),
+    _many("--kd", "Substrate albedo 0 … 1, or several. Default 0.8."),
 )
 generated = together(
     click.option("--cells", type=int, help="Cells a side. Default 512."),
     click.option("--correlation", type=float, help="Correlation length in cells. Default 8."),
     click.option("--structure", help="How heights and slopes are related. Default independent."),
 )
+
+
+def check_described(file: Path | None, given: dict[str, Any]) -> None:
+    """Refuse options that leave the roughness open; only a scene file has a default for it."""
+    if file is None and (
+        given["sigma"] is None or (given["sigma"] != 0 and given["gamma"] is None)
+    ):
+        raise InputError("no --gamma and --sigma: give both, or a SCENE.toml")
+
+
+def check_from_file(asked: Scene, given: dict[str, Any]) -> None:
+    """Refuse options that a surface from a file leaves without effect, and a file not there."""
+    file = asked.surface.file
+    if file is None:
+        return
+    check_readable(Path(file), "`microsurf surface --out FILE` writes one")
+    for name in _OF_MADE_SURFACES:
+        if given[name] is not None:
+            raise InputError(
+                f"--{name.replace('_', '-')} = {given[name]}: the surface is {file}; leave it out"
+            )
+    if given["realisations"] not in (None, 1):
+        raise InputError(
+            f"--realisations = {given['realisations']}: {file} is one surface; leave it out"
+        )
 
 
 def compose(file: Path | None, **given: Any) -> Scene:

@@ -1,29 +1,38 @@
 """How commands print: one JSON object, or a table for people."""
 
 import json
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..errors import InputError
+from ..errors import InputError, MicrosurfError
 
 
-def _print_json(values: dict[str, Any]) -> None:
-    click.echo(json.dumps(values, allow_nan=False))
+def _json(values: dict[str, Any]) -> str:
+    try:
+        return json.dumps(values, allow_nan=False)
+    except ValueError as error:
+        raise MicrosurfError(
+            f"a figure is not finite, and JSON has no such number: {values}"
+        ) from (error)
 
 
-def _print_table(values: dict[str, Any]) -> None:
+def _table(values: dict[str, Any]) -> str:
     width = max(len(key) for key in values)
-    for key, value in values.items():
-        click.echo(f"{key:<{width}}  {_shown(value)}")
+    return "\n".join(f"{key:<{width}}  {_shown(value)}" for key, value in values.items())
 
 
 def _shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list):
-        return "  ".join(_shown(v) for v in value)
+        nested = any(isinstance(v, list) for v in value)
+        return (
+            ", ".join(f"[{_shown(v)}]" for v in value) if nested else "  ".join(map(_shown, value))
+        )
     if isinstance(value, dict):
         return ", ".join(f"{k}: {_shown(v)}" for k, v in value.items())
     return str(value)
@@ -31,7 +40,17 @@ def _shown(value: Any) -> str:
 
 def show(values: dict[str, Any], as_json: bool) -> None:
     """Print what a command found."""
-    (_print_json if as_json else _print_table)(values)
+    write((_json if as_json else _table)(values))
+
+
+def write(text: str) -> None:
+    """Print to stdout; if its reader has gone (``| head``) the work was done all the same."""
+    try:
+        click.echo(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Or Python complains when it flushes at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def check_ending(path: Path, *endings: str) -> None:

@@ -6,6 +6,7 @@ import click
 
 from .. import report, result
 from ..files import check_writable
+from ..scene import Material
 from .options import PATH, as_json
 from .output import check_ending, show
 
@@ -20,6 +21,8 @@ def plot_command(files: tuple[Path, ...], kd: float | None, out: Path, as_json: 
 
     Example: microsurf plot measured.nc predicted.nc --out lobes.pdf
     """
+    if kd is not None:
+        Material(kd=(kd,))  # checks it
     check_ending(out, ".png", ".pdf", ".svg")
     check_writable(out)
     report.plot_results({file.stem: result.load(file) for file in files}, out, kd)

@@ -1,7 +1,7 @@
 """microsurf predict: the theory alone."""
 
 import csv
-import sys
+import io
 import time
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from .. import model, result, summary
 from ..errors import InputError
-from ..files import check_writable
+from ..files import check_readable, check_writable
 from ..scene import Scene
-from .options import PATH, as_json, compose, light, material, roughness
-from .output import check_ending, show
+from .options import PATH, as_json, check_described, compose, light, material, roughness
+from .output import check_ending, show, write
 
 
 @click.command("predict")
@@ -35,10 +35,23 @@ def predict_command(
 
     Example: microsurf predict --gamma 2 --sigma 0.5 --theta 60 --model smith
     """
+    if name != "flat":
+        check_described(scene_file, given)
     asked = compose(scene_file, **given)
+    if asked.surface.file is not None and given["sigma"] is None and name != "flat":
+        raise InputError(
+            f"{scene_file}: its surface is {asked.surface.file}, of unknown roughness; give "
+            "--gamma and --sigma, or `microsurf validate` fits them"
+        )
     if directions is not None:
-        if as_json:
-            raise InputError("--directions: prints CSV; leave out --json")
+        for option, used in (
+            ("--json", as_json),
+            ("--out", out is not None),
+            ("--theta", given["theta"] is not None),
+            ("--phi", given["phi"] is not None),
+        ):
+            if used:
+                raise InputError(f"--directions: prints CSV of its own angles; leave out {option}")
         _print_directions(asked, name, directions)
         return
     if out is not None:
@@ -70,10 +83,12 @@ def _print_directions(asked: Scene, name: str, file: Path) -> None:
     i = np.stack([_direction(row[0], row[1]) for row in angles])
     o = np.stack([_direction(row[2], row[3]) for row in angles])
     specular, body = model.evaluate(asked, i, o, name)
-    writer = csv.writer(sys.stdout, lineterminator="\n")
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
     writer.writerow([*_COLUMNS, "f_specular", "f_body", "f"])
     for row, s, b in zip(angles, specular, body, strict=True):
         writer.writerow([repr(float(v)) for v in (*row, s, b, s + b)])
+    write(table.getvalue().rstrip("\n"))
 
 
 def _direction(theta: float, phi: float) -> NDArray[np.float64]:
@@ -82,22 +97,32 @@ def _direction(theta: float, phi: float) -> NDArray[np.float64]:
 
 
 def _read_directions(file: Path) -> NDArray[np.float64]:
-    if not file.is_file():
-        raise InputError(f"{file}: no such file; give a CSV with the columns {','.join(_COLUMNS)}")
+    wanted = ",".join(_COLUMNS)
+    check_readable(file, f"give a CSV with the columns {wanted}")
     try:
         with file.open(encoding="utf-8-sig", newline="") as lines:
-            rows = list(csv.DictReader(lines))
-        angles = np.array([[float(row[c]) for c in _COLUMNS] for row in rows])
-    except (KeyError, TypeError, ValueError, UnicodeDecodeError, csv.Error) as error:
+            reader = csv.DictReader(lines, skipinitialspace=True)
+            missing = [name for name in _COLUMNS if name not in (reader.fieldnames or ())]
+            rows = [] if missing else list(reader)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{file}: not a CSV ({error}); give one with {wanted}") from error
+    if missing:
+        raise InputError(f"{file}: no column {missing[0]}; its first line must name {wanted}")
+    if not rows:
+        raise InputError(f"{file}: holds no directions; give at least one under {wanted}")
+    return np.array([[_angle(file, k, row, c) for c in _COLUMNS] for k, row in enumerate(rows, 1)])
+
+
+def _angle(file: Path, number: int, row: dict[str, str], column: str) -> float:
+    low, high = (0.0, 90.0) if column.startswith("theta") else (-360.0, 360.0)
+    try:
+        angle = float(row[column])
+    except (TypeError, ValueError):
+        angle = float("nan")
+    inside = low <= angle < high or (angle == high and column.startswith("phi"))
+    if not inside:
+        allowed = "0 ≤ θ < 90" if column.startswith("theta") else "−360 … 360"
         raise InputError(
-            f"{file}: not a CSV of numbers with the columns {','.join(_COLUMNS)} ({error})"
-        ) from error
-    if not len(angles):
-        raise InputError(f"{file}: holds no directions")
-    if (
-        not np.isfinite(angles).all()
-        or (angles[:, [0, 2]] < 0).any()
-        or (angles[:, [0, 2]] >= 90).any()
-    ):
-        raise InputError(f"{file}: every theta must be 0 ≤ θ < 90 degrees, every angle a number")
-    return angles
+            f"{file}: direction {number}, {column} = {row[column]!r}: must be {allowed} degrees"
+        )
+    return angle

@@ -11,7 +11,7 @@ from ..files import check_writable
 from .options import PATH, as_json, compose, generated, seed
 from .output import check_ending, show
 
-_ASKED = ("gamma", "sigma_x", "sigma_y", "cells", "correlation", "seed", "iterations")
+_ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "seed", "iterations")
 
 
 @click.command("surface")
@@ -50,6 +50,7 @@ def make_surface(as_json: bool, seed: int, out: Path, **given: Any) -> None:
     show(
         {
             **{key: made.recipe[key] for key in _ASKED},
+            "cells": wanted.surface.cells,
             **realised,
             "seconds": seconds,
             "file": str(out),

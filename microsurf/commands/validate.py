@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from .. import report, scene
+from .. import memory, report, scene
 from ..errors import InputError
 from ..validate import validate_scene
 from .options import PATH, as_json, compose, seed, workers
-from .output import show
+from .output import show, write
 
 
 def built_in_scenes() -> list[Path]:
@@ -43,6 +43,8 @@ def validate_command(
     scenes = {file.stem: compose(file, **given) for file in files}
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
+    for asked in scenes.values():
+        memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
     report.make_folder(out)
     results = [
@@ -62,6 +64,6 @@ def validate_command(
     }
     show(values, as_json)
     if not as_json:
-        click.echo(f"\nreport: {out / 'report.html'}")
+        write(f"\nreport: {out / 'report.html'}")
     if unexpected or broken:
         sys.exit(1)

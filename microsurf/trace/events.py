@@ -50,19 +50,19 @@ def _advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, t
         if y < 0 or y >= rows:
             y -= np.floor(y / rows) * rows
             wraps += 1
-        size, start, across = levels[level, 0], levels[level, 1], levels[level, 2]
+        power, start, across = levels[level, 0], levels[level, 1], levels[level, 2]
         # Rounding can leave the coordinate on the far edge, which belongs to no block.
-        bx = min(int(x) // size, across - 1)
-        by = min(int(y) // size, levels[level, 3] - 1)
+        bx = min(int(x) >> power, across - 1)
+        by = min(int(y) >> power, levels[level, 3] - 1)
         tx = ty = np.inf
         if dx > 0:
-            tx = (min((bx + 1) * size, columns) - x) * per_x
+            tx = (min((bx + 1) << power, columns) - x) * per_x
         elif dx < 0:
-            tx = (bx * size - x) * per_x
+            tx = ((bx << power) - x) * per_x
         if dy > 0:
-            ty = (min((by + 1) * size, rows) - y) * per_y
+            ty = (min((by + 1) << power, rows) - y) * per_y
         elif dy < 0:
-            ty = (by * size - y) * per_y
+            ty = ((by << power) - y) * per_y
         t = max(min(tx, ty), 0.0)
         lowest = pz + t * dz if dz < 0 else pz
         if lowest > tops[start + by * across + bx] + clear:
@@ -105,13 +105,14 @@ def take_events(
     triangle, u, v,
     heights, flipped, x0, y0, columns, rows, bottom, top, reach,
     n, bound, interface, substrate, multiple_scattering, survival, body_edges,
-    tops, levels, ring_cosines, phi_i, rng,
+    tops, levels, ring_cosines, phi_i, uniform, rng,
 ):  # fmt: skip
     """Take one facet event for each active ray in place; survivors move to the front.
 
     A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
-    Returns the numbers of survivors, of paths whose code now stands in ``ended``, and
-    of grazes.
+    ``uniform`` holds four random numbers for each ray; what rejection needs beyond
+    comes from ``rng``. Returns the numbers of survivors, of paths whose code now
+    stands in ``ended``, and of grazes.
     """
     width = flipped.shape[1]
     xs = x0, x0 + width
@@ -192,7 +193,7 @@ def take_events(
                 mu = min(max(mu, 1e-12), 1.0)
                 scattered_body = substrate
                 if interface:
-                    scattered_body = rng.random() < transmittance(mu, n)
+                    scattered_body = uniform[r, 0] < transmittance(mu, n)
                 if scattered_body and not substrate:
                     end = -1
                 else:
@@ -203,22 +204,23 @@ def take_events(
                             end = -1
                         # A uniform point of the sphere that touches the facet is a cosine
                         # lobe; kept ∝ T(μ_o) it leaves every body event the same weight.
+                        s, turn, chance = uniform[r, 1], uniform[r, 2], uniform[r, 3]
                         while True:
-                            s = 2 * rng.random() - 1
-                            azimuth = 2 * np.pi * rng.random()
+                            s = 2 * s - 1
+                            azimuth = 2 * np.pi * turn
                             ring = np.sqrt(1 - s * s)
                             dx = mx + ring * np.cos(azimuth)
                             dy = my + ring * np.sin(azimuth)
                             dz = mz + s
                             norm = np.sqrt(dx * dx + dy * dy + dz * dz)
-                            if norm < 1e-9:
-                                continue
-                            dx, dy, dz = dx / norm, dy / norm, dz / norm
-                            if not interface:
-                                break
-                            mu_o = dx * mx + dy * my + dz * mz
-                            if mu_o > 0 and rng.random() * bound < transmittance(mu_o, n):
-                                break
+                            if norm > 1e-9:
+                                dx, dy, dz = dx / norm, dy / norm, dz / norm
+                                if not interface:
+                                    break
+                                mu_o = dx * mx + dy * my + dz * mz
+                                if mu_o > 0 and chance * bound < transmittance(mu_o, n):
+                                    break
+                            s, turn, chance = rng.random(), rng.random(), rng.random()
                     else:
                         dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
                         norm = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -248,9 +250,13 @@ def take_events(
         if end == 1:
             if body > result.BODY_EXACT:
                 body = np.searchsorted(body_edges, body, "right") - 1
-            ring_index = 0
-            while ring_index < len(ring_cosines) - 1 and dz <= ring_cosines[ring_index]:
-                ring_index += 1
+            ring_index, last = 0, len(ring_cosines) - 1
+            while ring_index < last:
+                middle = (ring_index + last) // 2
+                if dz <= ring_cosines[middle]:
+                    ring_index = middle + 1
+                else:
+                    last = middle
             turn = (np.degrees(np.arctan2(dy, dx)) - phi_i) / 360 * result.SECTORS
             sector = int(np.floor(turn + 0.5)) % result.SECTORS
             code = (

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MARGIN = 1
-BLOCK = 32
+_FINEST, _STEP = 5, 2  # blocks of 2^5 cells, then of 2^7 …
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class Grid:
     bottom, top : float
         Lowest and greatest height.
     tops : ndarray of float32
-        Greatest heights over blocks of BLOCK² cells of the period, then of (4 BLOCK)²
+        Greatest heights over blocks of 32² cells of the period, then of 128²
         and so on, one level after the other, row by row: by these rays are carried
         through empty space.
     levels : ndarray of int64, shape (levels, 4)
-        Of each level: cells a side of a block, its first entry in ``tops``, its
-        blocks along x and y.
+        Of each level: the power of two that is a block's side in cells, its first
+        entry in ``tops``, its blocks along x and y.
 
     """
 
@@ -87,16 +87,16 @@ def _pyramid(period: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[
     """Greatest heights over ever larger blocks; ``period`` has a vertex more than cells a side."""
     cells = np.maximum(period[:-1], period[1:])
     cells = np.maximum(cells[:, :-1], cells[:, 1:])
-    tops, levels, size, start = [], [], BLOCK, 0
+    tops, levels, power, start = [], [], _FINEST, 0
     while True:
-        y, x = (np.arange(0, count, size) for count in cells.shape)
+        y, x = (np.arange(0, count, 2**power) for count in cells.shape)
         blocks = np.maximum.reduceat(np.maximum.reduceat(cells, y, axis=0), x, axis=1)
         tops.append(blocks.ravel())
-        levels.append((size, start, len(x), len(y)))
+        levels.append((power, start, len(x), len(y)))
         start += blocks.size
         if blocks.size == 1:
             return np.concatenate(tops), np.array(levels)
-        size *= 4
+        power += _STEP
 
 
 def triangles(grid: Grid) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from itertools import product
@@ -36,9 +36,17 @@ class _Clock:
     replay_seconds_per_ray: float = 0.0
     kept: list[tuple[Rays, Rays]] = field(default_factory=list)
 
-    def record(self, origins: Rays, directions: Rays) -> None:
-        if sum(len(rays) for rays, _ in self.kept) < _RECORDED:
-            self.kept.append((origins, directions))
+    def recorder(self, angles: int) -> Callable[[Rays, Rays], None]:
+        """Keep rays of one angle of incidence, its share of what is kept in all."""
+        room = _RECORDED // angles
+
+        def record(origins: Rays, directions: Rays) -> None:
+            nonlocal room
+            if room > 0:
+                self.kept.append((origins, directions))
+                room -= len(origins)
+
+        return record
 
     def replay(self, tile: Tile, workers: int) -> None:
         """Time a bare loop over recorded rays, on as many threads as the trace had."""
@@ -122,7 +130,7 @@ def measure(
             for a, (theta, phi) in enumerate(angles):
                 for k, size in enumerate(sizes):
                     sequence = np.random.SeedSequence(seed, spawn_key=(1, realisation, a, k))
-                    recorder = clock.record if realisation == a == k == 0 else None
+                    recorder = clock.recorder(len(angles)) if realisation == k == 0 else None
                     job = pool.submit(
                         trace, tile, theta, phi, facet, size,
                         np.random.Generator(np.random.SFC64(sequence)), recorder,

@@ -121,6 +121,7 @@ def trace(
     directions = np.zeros((wave, 3))
     state = np.zeros((wave, 3), np.int64)  # order, body events, wraps
     ended = np.zeros(wave, np.int64)
+    uniform = np.zeros((wave, 4))
     codes: list[NDArray[np.int64]] = []
     active = started = traced = grazes = 0
     while True:
@@ -147,7 +148,8 @@ def trace(
             facet_event.n, bound,
             facet_event.interface, facet_event.substrate, facet_event.multiple_scattering,
             facet_event.survival, result.BODY_EDGES,
-            grid.tops, grid.levels, ring_cosines, phi, rng,
+            grid.tops, grid.levels, ring_cosines, phi,
+            rng.random(out=uniform[:active]), rng,
         )  # fmt: skip
         codes.append(ended[:over].copy())
         grazes += grazed

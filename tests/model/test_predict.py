@@ -34,7 +34,7 @@ def test_dimensions_are_those_of_a_measurement_and_energy_is_at_most_1(name):
     assert predicted.attrs["model"] == name
     assert predicted.attrs["source"] == "prediction"
     assert predicted.attrs["specular_error"] < 1e-5
-    assert predicted.attrs["body_error"] < 1e-5
+    assert predicted.attrs["body_error"] < 1e-4
 
 
 def test_an_isotropic_lobe_is_the_same_for_every_phi_i():
