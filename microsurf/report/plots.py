@@ -46,13 +46,13 @@ def _grid(axes: Axes) -> None:
 def effects(comparisons: list[Comparison]) -> Figure:
     """Measured over predicted − 1, with its interval and the margin, by angle and quantity."""
     names = [q for q in summary.QUANTITIES if any(c.quantity == q for c in comparisons)]
-    figure = _figure(9, 2.9)
+    figure = _figure(9, 2.8)
     axes = figure.subplots(1, max(len(names), 1), squeeze=False)[0]
     for panel, name in zip(axes, names, strict=False):
         rows = [c for c in comparisons if c.quantity == name]
         colour, marker, label = _QUANTITY_STYLE[name]
         margin = 100 * rows[0].margin
-        panel.axhspan(-margin, margin, color="#cfe8dc", zorder=0, label=f"margin ±{margin:g} %")
+        panel.axhspan(-margin, margin, color="#cfe8dc", zorder=0, label="margin")
         panel.axhline(0, color=GREY, linewidth=0.8)
         x = np.arange(len(rows))
         effect = np.array([100 * c.effect for c in rows])
@@ -64,8 +64,7 @@ def effects(comparisons: list[Comparison]) -> Figure:
         panel.set_xticks(x, [_place(c, rows) for c in rows])
         panel.set_xlim(-0.6, len(rows) - 0.4)
         panel.set_xlabel(r"incidence $\theta_i$ (°)")
-        panel.set_title(label + " albedo", fontsize=10)
-        panel.legend(fontsize=7, loc="best", framealpha=0.8)
+        panel.set_title(f"{label} albedo, margin ±{margin:g} %", fontsize=9)
         _grid(panel)
     axes[0].set_ylabel("measured / predicted − 1 (%)")
     return figure

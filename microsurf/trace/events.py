@@ -191,7 +191,7 @@ def take_events(
                 end = -2
             else:
                 mu = min(max(mu, 1e-12), 1.0)
-                scattered_body = substrate
+                scattered_body = True
                 if interface:
                     scattered_body = uniform[r, 0] < transmittance(mu, n)
                 if scattered_body and not substrate:

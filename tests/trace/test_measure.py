@@ -121,6 +121,13 @@ def test_a_mirror_absorbs_what_it_lets_in():
     assert float(measured.arrived.sum() + measured.ended.sel(cause="absorbed").sum()) == 100_000
 
 
+def test_nothing_comes_back_from_a_black_body():
+    """Neither interface nor substrate: it must not be taken for a perfect mirror."""
+    measured = measure(scene(n=1.0, kd=(0.0,)))
+    assert float(measured.arrived.sum()) == 0
+    assert float(measured.ended.sel(cause="absorbed").sum()) == 100_000
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("gamma", [1.75, 2.0, 8.0])
 @pytest.mark.parametrize("n", [1.0, 1.33, 1.5, 2.4])
