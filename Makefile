@@ -3,8 +3,6 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-# Where measured surfaces lie, if you have any; tests that use them skip without.
-export MICROSURF_DATA ?=
 
 .PHONY: validate test test-long lint clean
 

@@ -45,6 +45,8 @@ def show(values: dict[str, Any], as_json: bool) -> None:
 
 def write(text: str) -> None:
     """Print to stdout; if its reader has gone (``| head``) the work was done all the same."""
+    if sys.stdout is None:  # closed by the caller: nobody wants it
+        return
     try:
         click.echo(text)
         sys.stdout.flush()

@@ -37,8 +37,9 @@ _TAIL = 1e-10  # part of the integral on which the power law beyond the last nod
 _STRETCH = 4.0  # L of the radial map: e-foldings of even spacing before it widens
 _CHUNK = 250  # arcs evaluated at a time: the temporaries stay in the cache
 
-# Numbers of nodes for a relative error of 1e−6 in I over γ from 1.505 to ∞, σ from
-# 1e−3 to 5 (σ_x : σ_y up to 100) and θ to 89.9°, found by doubling them.
+# Numbers of nodes, found by doubling them: a relative error of 1e−6 in I over γ from
+# 1.505 to ∞, σ from 1e−3 to 5 and θ to 89.9°; 4e−6 where n is 1.001 and σ is 5, or
+# where one σ is 100 times the other.
 _DRAWN = 2.0  # least c of the map of an arc, see `_arcs`
 _NODES_OF_ARC = 26.0  # at that c …
 _NODES_PER_C = 12.0  # … and more for each unit above it
