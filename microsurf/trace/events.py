@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from .. import result
-from .grid import MARGIN
+from .grid import LEVEL_STEP, MARGIN
 
 MOST_WRAPS = 100_000
 OFFSET = 4 * 2.0**-23  # of the coordinates' reach, along the facet normal
@@ -41,6 +41,7 @@ def _advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, t
     wraps = 0
     coarsest = len(levels) - 1
     level = coarsest
+    parent_x = parent_y = 0
     while wraps < MOST_WRAPS:
         if dz > 0 and pz >= top:
             return 1, x + left, y + front, pz, wraps
@@ -54,6 +55,12 @@ def _advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, t
         # Rounding can leave the coordinate on the far edge, which belongs to no block.
         bx = min(int(x) >> power, across - 1)
         by = min(int(y) >> power, levels[level, 3] - 1)
+        if level < coarsest and (bx >> LEVEL_STEP != parent_x or by >> LEVEL_STEP != parent_y):
+            # Out of the larger block that was not clear as a whole: try its neighbour so.
+            level += 1
+            parent_x >>= LEVEL_STEP
+            parent_y >>= LEVEL_STEP
+            continue
         tx = ty = np.inf
         if dx > 0:
             tx = (min((bx + 1) << power, columns) - x) * per_x
@@ -73,9 +80,9 @@ def _advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, t
                 x += nudge_x
             else:
                 y += nudge_y
-            level = min(level + 1, coarsest)
         elif level > 0:
             level -= 1
+            parent_x, parent_y = bx, by
         else:
             return 0, x + left, y + front, pz, wraps
     return 2, x + left, y + front, pz, wraps

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 MARGIN = 1
-_FINEST, _STEP = 5, 2  # blocks of 2^5 cells, then of 2^7 …
+LEVEL_STEP = 2
+_FINEST = 5  # blocks of 2^5 cells, then of 2^(5 + LEVEL_STEP), …
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def _pyramid(period: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[
         start += blocks.size
         if blocks.size == 1:
             return np.concatenate(tops), np.array(levels)
-        power += _STEP
+        power += LEVEL_STEP
 
 
 def triangles(grid: Grid) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -1,0 +1,79 @@
+import os
+import stat
+
+import pytest
+
+from microsurf.errors import InputError, MicrosurfError
+from microsurf.files import check_readable, check_writable, whole_file
+
+
+def test_a_whole_file_takes_its_name_at_the_end(tmp_path):
+    path = tmp_path / "a.txt"
+    with whole_file(path) as temporary:
+        assert temporary.suffix == ".txt"
+        assert temporary.parent == tmp_path
+        temporary.write_text("new")
+        assert not path.exists()
+    assert path.read_text() == "new"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_its_rights_are_those_of_any_new_file(tmp_path):
+    mask = os.umask(0o027)
+    try:
+        with whole_file(tmp_path / "a"):
+            pass
+    finally:
+        os.umask(mask)
+    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, OSError])
+def test_a_block_that_fails_leaves_what_was_there(tmp_path, error):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    expected = MicrosurfError if error is OSError else error
+
+    def fail():
+        with whole_file(path) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(expected):
+        fail()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_disk_error_is_not_bad_input(tmp_path):
+    with pytest.raises(MicrosurfError) as failure, whole_file(tmp_path / "a"):
+        raise OSError(28, "No space left on device")
+    assert failure.value.exit_code == 3
+    assert "No space left on device" in str(failure.value)
+
+
+def test_what_can_not_be_written_is_bad_input(tmp_path):
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    for path, why in (
+        (tmp_path / "folder", "is a folder"),
+        (tmp_path / "missing" / "a", "does not exist"),
+        (tmp_path / "file" / "a", "does not exist"),
+        (tmp_path / ("x" * 300), "can't be written"),
+    ):
+        with pytest.raises(InputError, match=why):
+            check_writable(path)
+    check_writable(tmp_path / "new")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_what_can_not_be_read_is_bad_input(tmp_path):
+    for path, why in (
+        (tmp_path, "is a folder"),
+        (tmp_path / "missing", "no such file"),
+        (tmp_path / ("x" * 300), "can't be read"),
+    ):
+        with pytest.raises(InputError, match=f"{why}.*; do this"):
+            check_readable(path, "do this")
+    (tmp_path / "file").touch()
+    check_readable(tmp_path / "file", "do this")

@@ -1,0 +1,118 @@
+"""The main job on scenes small enough to be done at once."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from microsurf import validate
+from microsurf.scene import Accuracy, Expectation, Light, Material, Roughness, Scene, Surface
+from microsurf.surface import Heightfield, generate_surface, write_surface
+
+TINY = Scene(
+    material=Material(1.5, (0.0,)),  # no substrate: predictions take no time
+    surface=Surface(cells=32, realisations=2),
+    light=Light((30.0, 60.0)),
+    accuracy=Accuracy(2000),
+)
+
+
+@pytest.fixture(scope="module")
+def entry():
+    return validate.validate_scene("tiny", TINY, seed=3)
+
+
+def test_every_model_is_asked_and_the_first_is_judged(entry):
+    assert tuple(entry.predicted) == validate.MODELS
+    assert [c.quantity for c in entry.comparisons] == ["specular"] * 2 + ["total"] * 2
+    first = entry.predicted[validate.MODELS[0]]
+    specular = first.flux.isel(body_events=0).sum(("theta_o", "phi_o")).values.ravel()
+    np.testing.assert_allclose([c.predicted for c in entry.comparisons[:2]], specular, rtol=1e-12)
+
+
+def test_the_measurement_is_that_of_the_scene_and_seed(entry):
+    again = validate.validate_scene("tiny", TINY, seed=3, workers=1)
+    other = validate.validate_scene("tiny", TINY, seed=4)
+    assert again.comparisons == entry.comparisons
+    assert other.comparisons != entry.comparisons
+    assert dict(entry.measured.sizes)["realisation"] == 2
+    assert entry.heightfield.heights.shape == (32, 32)
+    assert entry.fit is None
+    assert entry.broken == []
+
+
+def test_the_books_are_kept(entry):
+    """One path in 4000 taken away or counted twice is a broken invariant."""
+    assert validate.broken_invariants(entry.measured) == []
+    for change in (-1, 1):
+        wrong = entry.measured.copy(deep=True)
+        wrong["arrived"][0, 0, 0] += change
+        (line,) = validate.broken_invariants(wrong)
+        assert line.startswith("energy")
+
+
+def test_figures_are_strict_json(entry):
+    document = validate.as_json(entry)
+    text = json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
+    read = json.loads(text)
+    assert read["name"] == "tiny"
+    assert set(read["predicted"]) == set(validate.MODELS)
+    assert read["measured"]["paths"] == 2 * 2 * 2000
+    assert len(read["comparisons"]) == 4
+    assert read["fit"] is None
+
+
+def test_a_flat_scene_has_one_model_and_no_surface():
+    flat = replace(TINY, roughness=Roughness(2.0, (0.0,)), accuracy=Accuracy(20_000))
+    entry = validate.validate_scene("flat", flat)
+    assert tuple(entry.predicted) == ("flat",)
+    assert entry.heightfield is None
+    assert entry.statistics == {}
+    for row in entry.comparisons:  # two realisations differ by their rays alone
+        error = np.sqrt(row.predicted * (1 - row.predicted) / 40_000)
+        assert abs(row.measured - row.predicted) <= 5 * error
+
+
+def test_expectations_decide_what_is_unexpected():
+    wrong = replace(TINY, expect={"specular": Expectation(("departs",), 0.99)})
+    rows = validate.validate_scene("tiny", wrong, seed=3).comparisons
+    assert [row.unexpected for row in rows] == [True, True, False, False]
+    assert "departs" not in {row.verdict for row in rows}
+
+
+def test_a_surface_from_a_file_is_compared_with_its_fit(tmp_path):
+    """Made with γ = 3, σ = 0.2: at 64² the fit is good to a few per cent."""
+    made = generate_surface(3.0, 0.2, cells=64, seed=1)
+    path = tmp_path / "h.npy"
+    write_surface(made, path)
+    given = replace(TINY, surface=Surface(file=str(path), realisations=4))
+    entry = validate.validate_scene("file", given)
+    assert entry.measured.sizes["realisation"] == 1
+    assert entry.fit.sigma == pytest.approx(0.2, rel=0.1)
+    assert entry.scene.roughness.sigma_x == entry.fit.sigma
+    assert entry.scene.roughness.gamma == entry.fit.gamma
+    assert {row.basis for row in entry.comparisons} == {"rays on one surface"}
+    document = validate.as_json(entry)
+    json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
+    assert document["fit"]["pixel"] == 1.0
+
+
+def test_a_beckmann_fit_is_written_as_inf(tmp_path):
+    """JSON has no ∞, and a scene no infinite γ."""
+    rng = np.random.default_rng(0)
+    path = tmp_path / "h.npy"
+    field = np.fft.ifft2(np.fft.fft2(rng.standard_normal((64, 64))) * _low_pass(64)).real
+    write_surface(Heightfield(field / field.std()), path)
+    given = replace(TINY, surface=Surface(file=str(path)), light=Light((30.0,)))
+    entry = validate.validate_scene("file", given)
+    assert np.isinf(entry.fit.gamma)
+    assert validate.as_json(entry)["fit"]["gamma"] == "inf"
+    assert np.isfinite(entry.scene.roughness.gamma)
+    text = json.dumps(validate.as_json(entry), allow_nan=False, default=lambda v: v.tolist())
+    assert "Infinity" not in text
+
+
+def _low_pass(cells):
+    k = np.fft.fftfreq(cells)
+    return np.exp(-200 * (k[:, None] ** 2 + k**2))
