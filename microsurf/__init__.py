@@ -1,24 +1,27 @@
 """Explicit Student-t microsurfaces, ray-traced and compared with microfacet theory."""
 
+from importlib import import_module
 from importlib.metadata import version
+from typing import Any
 
 __version__ = version("microsurf")
 
-# After the version, which results carry in their attributes.
-from .model import predict
-from .scene import Scene
-from .surface import Heightfield, generate_surface, read_surface, write_surface
-from .trace import measure
-from .verdict import compare
+_WHERE = {
+    "Heightfield": "surface",
+    "Scene": "scene",
+    "compare": "verdict",
+    "generate_surface": "surface",
+    "measure": "trace",
+    "predict": "model",
+    "read_surface": "surface",
+    "write_surface": "surface",
+}
 
-__all__ = [
-    "Heightfield",
-    "Scene",
-    "__version__",
-    "compare",
-    "generate_surface",
-    "measure",
-    "predict",
-    "read_surface",
-    "write_surface",
-]
+__all__ = [*_WHERE, "__version__"]  # noqa: PLE0604 - they are strings
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for only then: `microsurf --help` need not wait for Embree."""
+    if name not in _WHERE:
+        raise AttributeError(f"module 'microsurf' has no attribute {name!r}")
+    return getattr(import_module(f".{_WHERE[name]}", __name__), name)

@@ -24,12 +24,12 @@ SCHEMA = 1
 _LIBRARIES = ("numpy", "scipy", "embreex", "xarray", "numba")
 
 _EFFECTS = (
-    "Measured over predicted, with its 95 % interval over the realisations. Green: the "
+    "Measured over predicted, with its 95 % interval over {basis}. Green: the "
     "margin within which the theory counts as holding."
 )
 _LOBES = (
     "Lobes in the plane of incidence, Kd = {kd:g}. Points: traced on the explicit surface, "
-    "bands 95 % over realisations. Lines: single scattering by the theory, integrated over "
+    "bands 95 % over {basis}. Lines: single scattering by the theory, integrated over "
     "the same bins."
 )
 _ALBEDOS = "Albedo by the number of facets met. Bars: standard deviation between surfaces."
@@ -62,7 +62,9 @@ def write(entries: list[Validation], out: Path, seed: int) -> None:
         "scenes": [as_json(entry) for entry in entries],
     }
     with whole_file(out / "report.json") as temporary:
-        temporary.write_text(json.dumps(document, indent=1, default=_plain), encoding="utf-8")
+        temporary.write_text(
+            json.dumps(document, indent=1, default=_plain, allow_nan=False), encoding="utf-8"
+        )
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("microsurf.report"),
         autoescape=True,
@@ -87,9 +89,13 @@ def _plain(value: Any) -> Any:
 def _figures(entry: Validation) -> list[tuple[str, str]]:
     """Pictures of a scene as data addresses, each with its caption."""
     kd = entry.scene.material.kd[0]
+    basis = entry.comparisons[0].basis if entry.comparisons else "nothing"
     pictures = [
-        (plots.effects(entry.comparisons), _EFFECTS),
-        (plots.lobes(entry.measured, entry.predicted, entry.scene, kd), _LOBES.format(kd=kd)),
+        (plots.effects(entry.comparisons), _EFFECTS.format(basis=basis)),
+        (
+            plots.lobes(entry.measured, entry.predicted, entry.scene, kd),
+            _LOBES.format(kd=kd, basis=basis),
+        ),
         (plots.albedos(entry.measured, entry.predicted, entry.scene, kd), _ALBEDOS),
     ]
     if entry.heightfield is not None:

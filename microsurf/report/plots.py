@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from scipy import stats
 
 from .. import result, summary
@@ -32,6 +33,8 @@ _MODEL_STYLE = {
     "vcavity": (":", "V-cavity"),
 }
 _CONFIDENCE = 0.95
+
+Array = NDArray[np.float64]
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -116,9 +119,14 @@ def lobes(
 def _cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
     """BRDF in the plane of incidence; where every plane is one, the mean of them all."""
     density = result.brdf(result.by_kind(dataset.flux, scene.material.n, kd))
-    if float(dataset.theta_i) == 0 and scene.roughness.isotropic:
+    if _no_plane(dataset, scene):
         density = density * 0 + density.mean("phi_o")
     return result.in_plane(density)
+
+
+def _no_plane(dataset: xr.Dataset, scene: Scene) -> bool:
+    """Whether incidence is normal on an isotropic surface."""
+    return float(dataset.theta_i) == 0 and scene.roughness.isotropic
 
 
 def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) -> list[float]:
@@ -130,19 +138,16 @@ def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) 
         "total": density.sum(("order", "kind")),
     }
     levels = []
-    count = density.sizes["realisation"]
-    factor = float(stats.t.ppf((1 + _CONFIDENCE) / 2, count - 1)) if count > 1 else 0.0
+    bands = _bands(curves, measured, scene)
     for name, curve in curves.items():
         colour, marker, label = _QUANTITY_STYLE[name]
         mean = curve.mean("realisation").values
         if not mean.any():
             continue
-        if count > 1:
-            band = factor * curve.std("realisation", ddof=1).values / np.sqrt(count)
-            panel.fill_between(
-                curve.theta_o.values, np.maximum(mean - band, 1e-12), mean + band,
-                color=colour, alpha=0.25, linewidth=0,
-            )  # fmt: skip
+        panel.fill_between(
+            curve.theta_o.values, np.maximum(mean - bands[name], 1e-12), mean + bands[name],
+            color=colour, alpha=0.25, linewidth=0,
+        )  # fmt: skip
         shown = np.where(mean > 0, mean, np.nan)
         panel.plot(
             curve.theta_o.values, shown, linestyle="none", color=colour, marker=marker,
@@ -151,6 +156,27 @@ def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) 
         )  # fmt: skip
         levels += [float(mean.max()), float(np.quantile(mean[mean > 0], 0.05))]
     return levels
+
+
+def _bands(
+    curves: Mapping[str, xr.DataArray], measured: xr.Dataset, scene: Scene
+) -> dict[str, Array]:
+    """Half widths of 95 % bands: over realisations, or from the rays where there is one."""
+    count = measured.sizes["realisation"]
+    if count > 1:
+        factor = float(stats.t.ppf((1 + _CONFIDENCE) / 2, count - 1)) / np.sqrt(count)
+        return {k: factor * c.std("realisation", ddof=1).values for k, c in curves.items()}
+    # Paths are counted, and none weighs more than 1: Poisson's variance is an upper bound.
+    normal = float(stats.norm.ppf((1 + _CONFIDENCE) / 2))
+    a_bin = measured.flux.isel(realisation=0, order=0, body_events=0, drop=True)
+    size = result.in_plane(xr.zeros_like(a_bin) + result.projected_solid_angles())
+    averaged = _no_plane(measured, scene) | (size.theta_o == 0)
+    size = size * (1 + (result.SECTORS - 1) * averaged)
+    paths = float(measured.paths.sum())
+    return {
+        name: np.asarray(normal * np.sqrt(curve.isel(realisation=0).values / (paths * size)))
+        for name, curve in curves.items()
+    }
 
 
 def _predicted_lobes(
@@ -202,7 +228,7 @@ def albedos(
             marker="x", label=f"{_MODEL_STYLE[key][1]}, order 1",
         )  # fmt: skip
     axes.set(xlabel=r"incidence $\theta_i$ (°)", ylabel="albedo", yscale="log")
-    axes.legend(fontsize=7, ncols=2)
+    figure.legend(loc="outside lower center", fontsize=7, ncols=4, frameon=False)
     _grid(axes)
     return figure
 
@@ -229,7 +255,7 @@ def surface(heightfield: Heightfield, scene: Scene) -> Figure:
     grid = np.geomspace(1e-2, max(rho[-1] * 3, 10), 300)
     right.plot(
         grid, np.exp(_log_tail(grid, rough.gamma)), color=ORANGE, linewidth=2.5, alpha=0.8,
-        label=f"STD, γ = {rough.gamma:g}",
+        label=f"STD, γ = {rough.gamma:.3g}",
     )  # fmt: skip
     right.plot(rho[keep], share[keep], color=BLUE, linestyle="--", linewidth=1.2, label="facets")
     right.axvline(rho[-1], color=GREY, linestyle=":", linewidth=1, label="steepest facet")

@@ -48,7 +48,9 @@ def write_surface(h: Heightfield, path: Path) -> None:
         # A stream, because numpy adds its own ending to names such as S.NPY.
         with temporary.open("wb") as stream:
             if ending == ".npy":
-                np.save(stream, h.heights)
+                # np.save hands the data to C, where a full disk can go unnoticed.
+                npy.write_array_header_1_0(stream, npy.header_data_from_array_1_0(h.heights))
+                stream.write(h.heights.tobytes())
             else:
                 np.savez(
                     stream,

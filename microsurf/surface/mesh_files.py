@@ -65,11 +65,11 @@ def write(h: Heightfield, path: Path) -> None:
         if ending == ".ply":
             header = _PLY_HEADER.format(vertices=len(vertices), faces=len(faces))
             stream.write(header.encode("ascii"))
-            vertices.astype("<f8").tofile(stream)
+            stream.write(vertices.astype("<f8").tobytes())  # tofile can miss a full disk
             packed = np.zeros(len(faces), dtype=[("count", "u1"), ("index", "<i4", (3,))])
             packed["count"] = 3
             packed["index"] = faces
-            packed.tofile(stream)
+            stream.write(packed.tobytes())
         else:
             np.savetxt(stream, vertices, fmt="v %.17g %.17g %.17g")
             np.savetxt(stream, faces + 1, fmt="f %d %d %d")

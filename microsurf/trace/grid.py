@@ -11,7 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
+
 MARGIN = 1
+MAX_RELIEF = 1e6  # cells: float32 then resolves a sixteenth of one
 LEVEL_STEP = 2
 _FINEST = 5  # blocks of 2^5 cells, then of 2^(5 + LEVEL_STEP), …
 
@@ -66,8 +69,17 @@ class Grid:
 
 
 def from_heights(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> Grid:
-    """Add the margin to one period of heights in cells, shape (rows, columns)."""
+    """Add the margin to one period of heights in cells, shape (rows, columns).
+
+    Raises InputError if the relief is beyond MAX_RELIEF.
+    """
     rows, columns = heights.shape
+    relief = float(heights.max() - heights.min())
+    if relief > MAX_RELIEF:
+        raise InputError(
+            f"surface: a relief of {relief:.3g} cells; must be ≤ {MAX_RELIEF:.0e}, beyond which "
+            "float32 rays can't tell cells apart. Check the spacing, or take a larger gamma"
+        )
     j = np.arange(-MARGIN, rows + MARGIN + 1) % rows
     i = np.arange(-MARGIN, columns + MARGIN + 1) % columns
     vertices = np.ascontiguousarray(heights.astype(np.float32)[np.ix_(j, i)])

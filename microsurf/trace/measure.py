@@ -3,8 +3,15 @@
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Future,
+    ThreadPoolExecutor,
+    as_completed,
+    wait,
+)
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -125,39 +132,47 @@ def measure(
     )
     with bar, ThreadPoolExecutor(workers) as pool:
         for realisation, tile in enumerate(_tiles(scene, surfaces, seed)):
-            begin = time.perf_counter()
-            pieces = {}
-            for a, (theta, phi) in enumerate(angles):
-                for k, size in enumerate(sizes):
+
+            def jobs(
+                realisation: int = realisation, tile: Tile = tile
+            ) -> Iterator[tuple[int, Callable[[], Tally]]]:
+                for (a, angle), (k, size) in product(enumerate(angles), enumerate(sizes)):
                     sequence = np.random.SeedSequence(seed, spawn_key=(1, realisation, a, k))
+                    rng = np.random.Generator(np.random.SFC64(sequence))
                     recorder = clock.recorder(len(angles)) if realisation == k == 0 else None
-                    job = pool.submit(
-                        trace, tile, theta, phi, facet, size,
-                        np.random.Generator(np.random.SFC64(sequence)), recorder,
-                    )  # fmt: skip
-                    pieces[job] = a
-            of_angle: list[list[Tally]] = [[] for _ in angles]
-            try:
-                for job in as_completed(pieces):
-                    of_angle[pieces[job]].append(job.result())
-                    bar.update(PIECE / 1e6)
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+                    yield a, partial(trace, tile, *angle, facet, size, rng, recorder)
+
+            begin = time.perf_counter()
+            of_angle: list[Tally | None] = [None] * len(angles)
+            for a, tally in _as_they_come(pool, jobs(), 4 * workers):
+                # Whole numbers: their sum is the same in whatever order they come.
+                so_far = of_angle[a]
+                of_angle[a] = tally if so_far is None else so_far + tally
+                bar.update(PIECE / 1e6)
             clock.seconds += time.perf_counter() - begin
-            # Whole numbers: their sums are the same in whatever order they came.
-            tallies.append([_sum(parts) for parts in of_angle])
+            tallies.append([tally for tally in of_angle if tally is not None])
             if realisation == 0:
-                clock.replay(tile, workers)
+                clock.replay(tile, min(workers, os.cpu_count() or 1))
     clock.rays = sum(tally.rays for row in tallies for tally in row)
     return _dataset(scene, facet, tallies, clock, seed)
 
 
-def _sum(parts: list[Tally]) -> Tally:
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
-    return total
+def _as_they_come(
+    pool: ThreadPoolExecutor, jobs: Iterable[tuple[int, Callable[[], Tally]]], depth: int
+) -> Iterator[tuple[int, Tally]]:
+    """Results of jobs with their keys, ``depth`` jobs under way; an interrupt drops the rest."""
+    waiting: dict[Future[Tally], int] = {}
+    try:
+        for key, job in jobs:
+            waiting[pool.submit(job)] = key
+            if len(waiting) >= depth:
+                for done in wait(waiting, return_when=FIRST_COMPLETED).done:
+                    yield waiting.pop(done), done.result()
+        for done in as_completed(waiting):
+            yield waiting[done], done.result()
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
 
 
 def _tiles(scene: Scene, surfaces: Iterable[Heightfield] | None, seed: int) -> Iterator[Tile]:

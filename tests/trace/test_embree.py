@@ -108,3 +108,10 @@ def test_diagonals_run_as_stated():
     assert corners(cell[0], 1) == {(0, 0), (1, 1), (0, 1)}
     assert corners(cell[1], 0) == {(0, 0), (1, 0), (0, 1)}
     assert corners(cell[1], 1) == {(1, 0), (1, 1), (0, 1)}
+
+
+def test_a_relief_that_float32_cannot_hold_is_refused():
+    heights = np.zeros((4, 4))
+    heights[1, 1] = 2e6
+    with pytest.raises(ValueError, match="relief of 2e\\+06 cells"):
+        plain(heights)
