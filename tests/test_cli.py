@@ -16,7 +16,7 @@ import pytest
 from scipy.io import netcdf_file
 
 from microsurf import cli, result
-from microsurf.model import NAMES
+from microsurf.model import KINDS, NAMES
 from microsurf.surface import ENDINGS
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "16")
@@ -601,3 +601,20 @@ def test_a_reader_that_leaves_is_no_error(tmp_path):
         process.stdout.close()
         assert process.stderr.read() == ""
     assert process.returncode == 0
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_walks_answer_with_all_orders_and_an_error(run, name):
+    roughness = ("--gamma", "2", "--sigma", "0.5", "--theta", "60")
+    ran = run("predict", *roughness, "--model", name, "--paths", "20000", "--json")
+    assert ran.code == 0
+    found = json.loads(ran.out)
+    assert found["model"] == name
+    assert found["lost"] == 0
+    assert found["albedo_se"] > 0
+    assert abs(sum(found["albedo_by_order"]) - found["albedo"]) < 1e-12
+    assert found["albedo_by_order"][1] > 0.01
+    first = json.loads(
+        run("predict", *roughness, "--model", name.removesuffix("-walk"), "--json").out
+    )
+    assert abs(found["albedo_by_order"][0] - first["albedo"]) < 0.02

@@ -14,7 +14,7 @@ from .. import model, result, summary
 from ..errors import InputError
 from ..files import check_readable, check_writable
 from ..scene import Scene
-from .options import PATH, as_json, check_described, compose, light, material, roughness
+from .options import PATH, as_json, check_described, compose, light, material, roughness, seed
 from .output import check_ending, show, write
 
 
@@ -23,15 +23,23 @@ from .output import check_ending, show, write
 @roughness
 @material
 @light
-@click.option("--model", "name", type=click.Choice(model.NAMES), default="smith", show_default=True)
+@click.option(
+    "--model",
+    "name",
+    type=click.Choice([*model.NAMES, *model.KINDS]),
+    default="smith",
+    show_default=True,
+)
+@click.option("--paths", type=int, help="Walks for each angle, of a -walk. Default 1000000.")
+@seed
 @click.option("--directions", type=PATH, help="CSV of theta_i,phi_i,theta_o,phi_o in degrees.")
 @click.option("--out", type=PATH, help="Write the result as FILE.nc.")
 @as_json
 def predict_command(
     scene_file: Path | None, name: str, directions: Path | None, out: Path | None, as_json: bool,
-    **given: Any,
+    seed: int, **given: Any,
 ) -> None:  # fmt: skip
-    """Print what the theory alone says.
+    """Print what the theory alone says: one bounce, or with a -walk all of them.
 
     Example: microsurf predict --gamma 2 --sigma 0.5 --theta 60 --model smith
     """
@@ -52,18 +60,26 @@ def predict_command(
         ):
             if used:
                 raise InputError(f"--directions: prints CSV of its own angles; leave out {option}")
+        if name in model.KINDS:
+            raise InputError(
+                f"--model {name}: has no value for single directions here; take one of "
+                f"{', '.join(model.NAMES)}, or evaluate_walk in Python"
+            )
         _print_directions(asked, name, directions)
         return
     if out is not None:
         check_ending(out, ".nc")
         check_writable(out)
     begin = time.perf_counter()
-    predicted = model.predict(asked, name)
+    if name in model.KINDS:
+        predicted = model.walk(asked, name, seed=seed, progress=True)
+    else:
+        predicted = model.predict(asked, name)
     seconds = time.perf_counter() - begin
     values = {
         "model": name,
         **summary.figures(predicted, asked.material.n, asked.material.kd),
-        "lost": 0.0,
+        "lost": summary.losses(predicted)["lost"] if name in model.KINDS else 0.0,
         "seconds": seconds,
     }
     if out is not None:

@@ -28,7 +28,7 @@ from .grid import from_heights
 from .paths import LOST, Facet, Tally, Tile, trace
 from .plane import Plane
 
-PIECE = 262_144
+PIECE = 131_072
 """Paths of one piece of work; each is seeded by its place and adds up with the others."""
 
 _RECORDED = 1_000_000  # rays kept to time Embree alone afterwards
