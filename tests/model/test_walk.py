@@ -1,3 +1,5 @@
+from importlib import import_module
+
 import furnace
 import numpy as np
 import pytest
@@ -297,7 +299,7 @@ def test_corner_of_heavy_tails_and_steep_slopes():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_same_bits_whatever_the_number_of_threads(kind, monkeypatch):
-    monkeypatch.setattr("microsurf.model.walk.PIECE", 3000)
+    monkeypatch.setattr(import_module("microsurf.model.walk"), "PIECE", 3000)
     asked = scene(theta=(30.0,), phi=(0.0, 70.0))
     one, three = (walk(asked, kind, walks=20_000, seed=7, workers=w) for w in (1, 3))
     np.testing.assert_array_equal(one.flux, three.flux)
