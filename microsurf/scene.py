@@ -17,9 +17,11 @@ VERDICTS = ("holds", "departs", "undecided")
 ANY_VERDICT = ("|".join(VERDICTS),)
 MAX_CELLS = 16384
 MAX_INDEX = 100.0
-"""Largest n: beyond, 4/n of the light at most enters, and F is 1 but at grazing."""
+"""Largest n and k: beyond, 4/n of the light at most enters, and F is 1 but at grazing."""
 CORRELATIONS = (0.5, 1e6)
 """Correlation lengths in cells: below, cells are white noise; above, a period is one parabola."""
+BECKMANN = 1e9
+"""γ that stands for Beckmann's ∞: the same to nine digits."""
 SPACINGS = (1e-30, 1e30)
 """Spacings in the unit of length: squares of heights and float32 meshes must hold them."""
 
@@ -73,20 +75,38 @@ def _choice(name: str, value: Any, allowed: tuple[str, ...]) -> str:
 
 @dataclass(frozen=True)
 class Material:
-    """Interfaced-Lambertian facet: relative index n in [1, 100], substrate albedo Kd in [0, 1].
+    """Interfaced-Lambertian facet, or a conductor.
 
-    Several Kd are answered by one trace.
+    Relative index n in [1, 100] and substrate albedo Kd in [0, 1], by default 0.8;
+    several Kd are answered by one trace. An extinction coefficient k in (0, 100] makes
+    it a conductor of index n + ik, n in (0, 100], without a substrate (Kd = 0).
     """
 
     n: float = 1.5
-    kd: tuple[float, ...] = (0.8,)
+    kd: tuple[float, ...] = ()
+    k: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", _number("material.n", self.n))
+        object.__setattr__(self, "k", _number("material.k", self.k))
+        _require(0 <= self.k <= MAX_INDEX, "material.k", self.k, "0 (a dielectric) … 100")
+        if self.kd == ():
+            object.__setattr__(self, "kd", 0.0 if self.conductor else 0.8)
         object.__setattr__(self, "kd", _numbers("material.kd", self.kd))
-        _require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
         for kd in self.kd:
             _require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
+        if self.conductor:
+            _require(0 < self.n <= MAX_INDEX, "material.n", self.n, "> 0 … 100 (with k)")
+            _require(
+                self.kd == (0.0,), "material.kd", self.kd, "left out: a conductor has no substrate"
+            )
+        else:
+            _require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
+
+    @property
+    def conductor(self) -> bool:
+        """Whether the facet is a conductor, and light that it does not mirror is absorbed."""
+        return self.k > 0
 
 
 @dataclass(frozen=True)
@@ -277,7 +297,7 @@ class Scene:
         """Which effects this scene needs; what is not needed is never run."""
         measured = self.surface.file is not None
         return Requirements(
-            interface=self.material.n > 1,
+            interface=self.material.n > 1 or self.material.conductor,
             substrate=max(self.material.kd) > 0,
             roughness=measured or self.roughness.sigma_x > 0,
             anisotropy=measured or not self.roughness.isotropic,
@@ -289,7 +309,7 @@ class Scene:
 class Requirements:
     """The effects a scene needs, each false where it would compute a known answer.
 
-    interface: n > 1, else no Fresnel; substrate: some Kd > 0, else no body events;
+    interface: n > 1 or k > 0, else no Fresnel; substrate: some Kd > 0, else no body events;
     roughness: σ > 0, else no mesh; anisotropy: σ_x ≠ σ_y; multiple_scattering:
     light that meets a second facet is followed.
     """

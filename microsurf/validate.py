@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from . import model, summary, verdict
-from .scene import Scene
+from .scene import BECKMANN, Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
 from .trace import measure
 
@@ -16,7 +16,6 @@ MODELS = ("smith", "vcavity")
 """What each scene is compared with; verdicts are about the first."""
 
 _BOOKS = 1e-12
-_BECKMANN = 1e9  # stands for a fitted γ = ∞: the same to nine digits
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ def _models(scene: Scene) -> tuple[str, ...]:
 
 def fitted_scene(scene: Scene, fit: StdFit) -> Scene:
     """The scene with the roughness fitted to its surface in place of the stated one."""
-    gamma = min(fit.gamma, _BECKMANN)
+    gamma = min(fit.gamma, BECKMANN)
     return replace(scene, roughness=replace(scene.roughness, gamma=gamma, sigma=(fit.sigma,)))
 
 

@@ -55,7 +55,16 @@ def scenes(draw):
     return Scene(
         title=draw(texts),
         rationale=draw(texts),
-        material=Material(draw(numbers(1, MAX_INDEX)), draw(some(numbers(0, 1)))),
+        material=draw(
+            st.one_of(
+                st.builds(Material, numbers(1, MAX_INDEX), some(numbers(0, 1))),
+                st.builds(
+                    Material,
+                    numbers(0, MAX_INDEX, exclude_min=True),
+                    k=numbers(0, MAX_INDEX, exclude_min=True),
+                ),
+            )
+        ),
         roughness=Roughness(
             draw(numbers(1.5, 1e9, exclude_min=True)),
             draw(st.one_of(st.just((0.0,)), st.tuples(sigmas), st.tuples(sigmas, sigmas))),
@@ -98,7 +107,7 @@ def test_a_scene_reads_back_the_same(scene):
 def test_requirements_are_what_the_scene_has(scene):
     needs = scene.requires
     rough = scene.surface.file is not None or max(scene.roughness.sigma) > 0
-    assert needs.interface == (scene.material.n != 1)
+    assert needs.interface == (scene.material.n != 1 or scene.material.k > 0)
     assert needs.substrate == any(kd != 0 for kd in scene.material.kd)
     assert needs.roughness == rough
     assert needs.multiple_scattering == scene.effects.multiple_scattering
@@ -127,6 +136,15 @@ def test_the_scene_of_the_documentation():
     assert scene.light.theta == (30.0,)
     assert scene.expect["specular"] == Expectation(("holds|undecided",), 0.01, "because")
     assert scene.surface == Surface()
+
+
+def test_a_conductor_is_n_and_k_without_kd():
+    gold = from_toml("[material]\nn = 0.43\nk = 2.455")
+    assert gold.material == Material(0.43, k=2.455)
+    assert gold.material.kd == (0.0,)
+    assert gold.requires.interface
+    assert not gold.requires.substrate
+    assert Material().kd == (0.8,)
 
 
 WRONG = {
@@ -165,6 +183,9 @@ def test_wrong_types_are_refused_by_name(section, key, kind):
     ("text", "words"),
     [
         ("materiel = 1", ("'materiel'", "'material'")),
+        ("[material]\nk = 3\nkd = 0.8", ("material.kd", "no substrate")),
+        ("[material]\nk = 3\nn = 0", ("material.n", "> 0")),
+        ("[material]\nn = 0.5", ("material.n", "1 (no interface)")),
         ("[surface]\ncell = 1", ("'cell'", "[surface]", "'cells'")),
         ("[roughness]\nGamma = 2", ("'Gamma'", "'gamma'")),
         ("[expect.speculr]\nverdict = 'holds'", ("'speculr'", "'specular'")),
@@ -197,6 +218,7 @@ def test_bad_scenes_say_what_is_wrong(text, words):
     ("kind", "key", "inside", "outside"),
     [
         (Material, "n", (1, 100), (math.nextafter(1, 0), math.nextafter(100, 101))),
+        (Material, "k", (0, 100), (-5e-324, math.nextafter(100, 101), math.nan)),
         (Material, "kd", (0, 1), (-5e-324, math.nextafter(1, 2))),
         (Roughness, "gamma", (math.nextafter(1.5, 2), 1e300), (1.5, -2, math.nan)),
         (Roughness, "sigma", (0, 1e-6, 1000), (-1e-9, 1e-7, 1000.1, math.nan)),

@@ -63,6 +63,7 @@ roughness = together(
 material = together(
     click.option("--n", type=float, help="Relative index ≥ 1; 1 = no interface. Default 1.5."),
     _many("--kd", "Substrate albedo 0 … 1, or several. Default 0.8."),
+    click.option("--k", type=float, help="Extinction coefficient: a conductor of index n + ik."),
 )
 generated = together(
     click.option("--cells", type=int, help="Cells a side. Default 512."),
@@ -108,10 +109,13 @@ def compose(file: Path | None, **given: Any) -> Scene:
         sigma = (base.roughness.sigma_x if sigma is None else sigma, given["sigma_y"])
     if given.get("theta") is not None and base.expect:
         base = replace(base, expect={})  # what a scene expects is said for its own angles
+    kd = given.get("kd")
+    if kd is None and given.get("k"):
+        kd = ()  # a conductor has no substrate, whatever the base's
     surface_file = given.get("surface_file")
     return replace(
         base,
-        material=over(base.material, n=given.get("n"), kd=given.get("kd")),
+        material=over(base.material, n=given.get("n"), kd=kd, k=given.get("k")),
         roughness=over(base.roughness, gamma=given.get("gamma"), sigma=sigma),
         surface=over(
             base.surface,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .. import result
 from . import single
+from .directions import direction
 from .quadrature import gauss
 from .single import Facets
 
@@ -27,13 +28,6 @@ _HALVINGS = 3
 _AZIMUTH_NODES = (16, 32)  # of half a circle: the next if the series has not ended
 _SERIES_TOLERANCE = 1e-6  # last coefficients over the first
 _PROBES = 12  # directions at which the error of the quadrature is measured
-
-
-def direction(theta: Array | float, phi: Array | float) -> Array:
-    """Unit directions, shape (..., 3), from angles in radians."""
-    theta, phi = np.broadcast_arrays(theta, phi)
-    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
-    return np.stack([x, y, np.cos(theta)], axis=-1)
 
 
 def body_bins(

@@ -16,11 +16,11 @@ def body(cos_i: ArrayLike, cos_o: ArrayLike, n: float) -> Array:
     return facet.body(cos_i, cos_o, n, 1.0)
 
 
-def specular_bins(cos_i: float, n: float) -> Array:
+def specular_bins(cos_i: float, n: float, k: float) -> Array:
     """Specular energy in each bin, shape (rings, sectors): F in the bin of the mirror direction."""
     energy = np.zeros((result.RINGS, result.SECTORS))
     ring = result.ring_of(float(np.degrees(np.arccos(cos_i))))
-    energy[ring, result.SECTORS // 2] = fresnel.reflectance(cos_i, n)
+    energy[ring, result.SECTORS // 2] = fresnel.reflectance(cos_i, n, k)
     return energy
 
 

@@ -15,6 +15,7 @@ from ..scene import Scene
 from ..scene_file import to_toml
 from . import flat, single
 from .body_bins import body_bins
+from .directions import checked
 from .single import MASKINGS, Facets
 from .specular_bins import specular_bins
 
@@ -114,12 +115,7 @@ def evaluate(
     kd = scene.material.kd
     if len(kd) > 1:
         raise InputError(f"material.kd = {list(kd)}: must be one number to evaluate directions")
-    for name, w in (("i", i), ("o", o)):
-        if np.shape(w)[-1:] != (3,) or np.any(~(np.abs(np.linalg.norm(w, axis=-1) - 1) < 1e-9)):
-            raise InputError(
-                f"{name}: must be unit vectors along its last axis of 3; divide by length"
-            )
-    i, o = np.broadcast_arrays(np.asarray(i, np.float64), np.asarray(o, np.float64))
+    i, o = checked(i=i, o=o)
     shape = i.shape[:-1]
     i, o = i.reshape(-1, 3), o.reshape(-1, 3)
     up = (i[:, 2] > 0) & (o[:, 2] > 0)
@@ -143,7 +139,8 @@ def _facets(scene: Scene, model: str) -> Facets | None:
     rough = scene.roughness
     if model == "flat" or rough.sigma_x == 0:
         return None
-    return Facets(scene.material.n, rough.gamma, rough.sigma_x, rough.sigma_y, model)
+    n, k = scene.material.n, scene.material.k
+    return Facets(n, rough.gamma, rough.sigma_x, rough.sigma_y, model, k)
 
 
 def _bins(
@@ -155,7 +152,7 @@ def _bins(
     specular_error = body_error = 0.0
     if facets is None:
         if needs.interface:
-            bins[0] = flat.specular_bins(np.cos(theta), n)
+            bins[0] = flat.specular_bins(np.cos(theta), n, scene.material.k)
         if needs.substrate:
             bins[1] = flat.body_bins(np.cos(theta), n)
     else:

@@ -27,9 +27,10 @@ MASKINGS = ("smith", "smith-separable", "vcavity")
 class Facets:
     """Facets and how they hide one another.
 
-    Relative index n ≥ 1; STD shape γ in (3/2, ∞] and roughness σ > 0 along x and
-    y; ``masking`` one of MASKINGS: Smith's G2 height-correlated (Heitz 2014,
-    eq. 99) or separable, or that of V-cavities (Torrance and Sparrow 1967).
+    Relative index n ≥ 1, or n + ik of a conductor (k > 0); STD shape γ in (3/2, ∞] and
+    roughness σ > 0 along x and y; ``masking`` one of MASKINGS: Smith's G2
+    height-correlated (Heitz 2014, eq. 99) or separable, or that of V-cavities (Torrance
+    and Sparrow 1967).
     """
 
     n: float
@@ -37,6 +38,7 @@ class Facets:
     sigma_x: float
     sigma_y: float
     masking: str = "smith"
+    k: float = 0.0
 
     @property
     def isotropic(self) -> bool:
@@ -68,7 +70,7 @@ def white_mirror(facets: Facets, i: Array, o: Array) -> Array:
 def specular(facets: Facets, i: Array, o: Array) -> Array:
     """f_s in sr⁻¹ for unit directions of shape (..., 3) with z > 0."""
     half = np.linalg.norm(i + o, axis=-1) / 2  # i·h
-    return np.asarray(fresnel.reflectance(half, facets.n) * white_mirror(facets, i, o))
+    return np.asarray(fresnel.reflectance(half, facets.n, facets.k) * white_mirror(facets, i, o))
 
 
 def body(facets: Facets, i: Array, o: Array, refinement: float = 1.0) -> Array:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .. import result
 from . import single
-from .body_bins import direction
+from .directions import direction
 from .quadrature import gauss
 from .single import Facets
 

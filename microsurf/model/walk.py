@@ -19,7 +19,7 @@ from ..errors import InputError
 from ..scene import Scene
 from ..scene_file import to_toml
 from . import flat
-from .body_bins import direction
+from .directions import direction
 from .walk_kernels import smith_walk, vcavity_walk
 from .walk_law import Facet, facet_of, law_of, stream
 from .walk_tally import CAUSES, Tally, tally
@@ -135,7 +135,7 @@ def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:
     for k, theta in enumerate(scene.light.theta):
         cosine = float(np.cos(np.radians(theta)))
         if needs.interface:
-            bins[k, 0] = flat.specular_bins(cosine, n)
+            bins[k, 0] = flat.specular_bins(cosine, n, scene.material.k)
         if needs.substrate:
             bins[k, 1] = flat.body_bins(cosine, n)
     flux = np.repeat(bins[None, :, None, None], len(scene.light.phi), axis=2)

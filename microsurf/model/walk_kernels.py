@@ -32,11 +32,36 @@ def uniform(state):
 
 
 @compiled
+def absorptance(mu, n, k):
+    """T(μ) of a conductor, in real numbers: g = a + ib."""
+    real, imaginary = (n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k
+    size = np.sqrt(real * real + imaginary * imaginary)
+    if real >= 0:
+        a = np.sqrt((size + real) / 2)
+        b = imaginary / (2 * a)
+    else:
+        b = np.sqrt((size - real) / 2)
+        a = imaginary / (2 * b)
+    square = (n - k) * (n + k)
+    across = (a + mu) ** 2 + b * b
+    along = (square * mu + a) ** 2 + (imaginary * mu + b) ** 2
+    return 2 * mu * (a / across + (square * a + imaginary * b) / along)
+
+
+@compiled
 def transmittance(mu, n):
-    """T(μ) as `physics.fresnel.transmittance`; what the facet does not mirror."""
+    """T(μ) of a dielectric as `physics.fresnel.transmittance`."""
     g = np.sqrt((n - 1) * (n + 1) + mu * mu)
     a, b = g + mu, n * n * mu + g
     return 2 * g * mu * (1 / (a * a) + n * n / (b * b))
+
+
+@compiled
+def passed(mu, facet):
+    """T(μ) of the facet: what it does not mirror."""
+    if facet.k > 0:
+        return absorptance(mu, facet.n, facet.k)
+    return transmittance(mu, facet.n)
 
 
 @compiled
@@ -177,7 +202,7 @@ def body_exit(mx, my, mz, facet, state):
 def scatter(dx, dy, dz, mx, my, mz, body, facet, state):
     """One facet event: new direction and number of body events, −1 if the light ends there."""
     mu = min(max(-(dx * mx + dy * my + dz * mz), 1e-300), 1.0)
-    if not facet.interface or uniform(state) < transmittance(mu, facet.n):
+    if not facet.interface or uniform(state) < passed(mu, facet):
         body += 1
         if not facet.substrate or (body > result.BODY_EXACT and uniform(state) >= facet.survival):
             return dx, dy, dz, ABSORBED
@@ -244,11 +269,11 @@ def diffused(dx, dy, dz, mx, my, mz, ox, oy, oz, facet):
     mu_o = ox * mx + oy * my + oz * mz
     if not facet.substrate or mu_o <= 0:
         return 0.0
-    passed = 1.0
+    through = 1.0
     if facet.interface:
         mu = min(max(-(dx * mx + dy * my + dz * mz), 0.0), 1.0)
-        passed = transmittance(mu, facet.n) * transmittance(mu_o, facet.n)
-    return facet.survival * passed * mu_o / (np.pi * facet.escape)
+        through = transmittance(mu, facet.n) * transmittance(mu_o, facet.n)
+    return facet.survival * through * mu_o / (np.pi * facet.escape)
 
 
 @compiled
@@ -280,7 +305,7 @@ def smith_next_event(values, first, last, i, o, law, facet, state):
                 out = weight * np.exp(h * rate)
                 if facet.interface:
                     density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, law)
-                    value = out * density * (1 - transmittance(mu, facet.n))
+                    value = out * density * (1 - passed(mu, facet))
                     if body == 0:
                         specular += value
                     else:

@@ -26,7 +26,8 @@ class Facet(NamedTuple):
     """One facet: what its events need; which effects run is the scene's to say."""
 
     n: float
-    bound: float  # of T
+    k: float  # > 0: a conductor
+    bound: float  # of T, like all of the substrate only where there is one
     interface: bool
     substrate: bool
     survival: float  # weight of a body event: of long paths only so many are followed
@@ -62,15 +63,16 @@ def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
 
 def facet_of(scene: Scene, kd: float) -> Facet:
     """Return what the kernels need of a facet; long paths are thinned as Kd would do."""
-    n = scene.material.n
+    n, substrate = scene.material.n, scene.requires.substrate
     weight = float(body_weight(n, kd))
     return Facet(
         n,
-        fresnel.transmittance_bound(n),
+        scene.material.k,
+        fresnel.transmittance_bound(n) if substrate else 1.0,
         scene.requires.interface,
-        scene.requires.substrate,
+        substrate,
         weight,
-        float(fresnel.external_diffuse_transmittance(n)),
+        float(fresnel.external_diffuse_transmittance(n)) if substrate else 1.0,
     )
 
 

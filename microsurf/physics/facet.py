@@ -18,8 +18,12 @@ Array = NDArray[np.float64]
 
 
 def body_weight(n: ArrayLike, kd: ArrayLike) -> Array:
-    """Weight w of one body event, in [0, 1]; n ≥ 1, Kd in [0, 1]; exactly 1 at Kd = 1."""
-    n, kd = np.asarray(n, dtype=np.float64), _albedo(kd)
+    """Weight w of one body event, in [0, 1]; n ≥ 1, Kd in [0, 1]; exactly 1 at Kd = 1.
+
+    Kd = 0 is no substrate: w = 0 whatever n, also for the n < 1 of a conductor.
+    """
+    kd = _albedo(kd)
+    n = np.where(kd == 0, 1.0, n)
     escape = fresnel.external_diffuse_transmittance(n) / n**2
     return np.asarray(kd * escape / ((1 - kd) + kd * escape))
 

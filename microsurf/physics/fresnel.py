@@ -3,8 +3,11 @@
 Written with n² − 1 taken out as a factor, so that neither n → 1 nor grazing
 incidence subtracts two nearly equal numbers. μ is the cosine of the angle of
 incidence in air, n ≥ 1 the relative index. Every function raises ValueError if
-an n is below 1.
+an n is below 1. A conductor has the complex index η = n + ik, k > 0, and any n > 0;
+with η for n the equations are the same (Born and Wolf, Principles of Optics, §14.2).
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,11 +24,37 @@ def _terms(mu: ArrayLike, n: ArrayLike) -> tuple[Array, Array, Array, Array]:
     return mu, n, excess, np.sqrt(excess + mu**2)
 
 
-def reflectance(mu: ArrayLike, n: ArrayLike) -> Array:
-    """Fresnel reflectance F(μ) of a dielectric, μ in [0, 1]; 0 if n = 1.
+class _Conductor(NamedTuple):
+    """Terms of η = n + ik: η² and η² − 1, and at each μ g = √(η² − 1 + μ²) and denominators."""
 
-    Relative error a few roundings, so that it may pass 1 by one at grazing.
+    eta2: complex
+    excess: complex
+    g: NDArray[np.complex128]
+    across: Array  # |g + μ|²
+    along: Array  # |η² μ + g|²
+
+
+def _conductor(mu: ArrayLike, index: ArrayLike, k: float) -> _Conductor:
+    mu, n = np.asarray(mu, dtype=np.float64), np.asarray(index, dtype=np.float64).item()
+    if not (n > 0 and k > 0):
+        raise ValueError(f"n = {n}, k = {k}: a conductor needs n > 0 and k > 0")
+    eta2 = complex((n - k) * (n + k), 2 * n * k)
+    excess = complex((n - 1) * (n + 1) - k**2, 2 * n * k)
+    g = np.sqrt(excess + mu**2)
+    return _Conductor(eta2, excess, g, np.abs(g + mu) ** 2, np.abs(eta2 * mu + g) ** 2)
+
+
+def reflectance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
+    """Fresnel reflectance F(μ), μ in [0, 1]; 0 if n = 1 and k = 0.
+
+    Relative error a few roundings, so that it may pass 1 by one at grazing. With an
+    extinction coefficient k > 0, of a conductor, n is one number.
     """
+    if k != 0:
+        metal, squared = _conductor(mu, n, k), np.square(mu)
+        r_s = np.abs(metal.excess) / metal.across
+        r_p = np.abs(metal.excess * ((metal.eta2 + 1) * squared - 1)) / metal.along
+        return np.asarray((r_s**2 + r_p**2) / 2)
     mu, n, excess, g = _terms(mu, n)
     with np.errstate(invalid="ignore", divide="ignore"):  # n = 1 at grazing
         r_s = excess / (g + mu) ** 2
@@ -33,8 +62,16 @@ def reflectance(mu: ArrayLike, n: ArrayLike) -> Array:
     return np.where(n == 1, 0.0, (r_s**2 + r_p**2) / 2)
 
 
-def transmittance(mu: ArrayLike, n: ArrayLike) -> Array:
-    """T(μ) = 1 − F(μ), with relative accuracy also at grazing incidence; 1 if n = 1."""
+def transmittance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
+    """T(μ) = 1 − F(μ), with relative accuracy also at grazing incidence; 1 if n = 1 and k = 0.
+
+    What goes into a conductor (k > 0) is absorbed there.
+    """
+    if k != 0:
+        metal, mu = _conductor(mu, n, k), np.asarray(mu, dtype=np.float64)
+        in_s = metal.g.real / metal.across
+        in_p = (metal.eta2 * metal.g.conj()).real / metal.along
+        return np.asarray(2 * mu * (in_s + in_p))
     mu, n, _, g = _terms(mu, n)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # n = 1 at grazing
         t = 2 * g * mu * (1 / (g + mu) ** 2 + n**2 / (n**2 * mu + g) ** 2)

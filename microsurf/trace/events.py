@@ -19,8 +19,13 @@ _EDGE = 1e-4  # a ray that grazes a ridge may be said to hit its far side, this 
 
 
 @njit(cache=True, nogil=True)
-def transmittance(mu, n):
-    """T(μ) as in `physics.fresnel.transmittance`, one number at a time."""
+def transmittance(mu, n, k):
+    """T(μ) as in `physics.fresnel.transmittance`, one number at a time; k > 0 is a conductor."""
+    if k > 0:
+        eta2 = complex((n - k) * (n + k), 2 * n * k)
+        root = np.sqrt(complex((n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k))
+        across, along = abs(root + mu) ** 2, abs(eta2 * mu + root) ** 2
+        return 2 * mu * (root.real / across + (eta2 * root.conjugate()).real / along)
     g = np.sqrt((n - 1) * (n + 1) + mu * mu)
     return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
 
@@ -111,7 +116,7 @@ def take_events(
     active, origins, rays, directions, state, ended,
     triangle, u, v,
     heights, flipped, x0, y0, columns, rows, bottom, top, reach,
-    n, bound, interface, substrate, multiple_scattering, survival, body_edges,
+    n, k, bound, interface, substrate, multiple_scattering, survival, body_edges,
     tops, levels, ring_cosines, phi_i, uniform, rng,
 ):  # fmt: skip
     """Take one facet event for each active ray in place; survivors move to the front.
@@ -200,7 +205,7 @@ def take_events(
                 mu = min(max(mu, 1e-12), 1.0)
                 scattered_body = True
                 if interface:
-                    scattered_body = uniform[r, 0] < transmittance(mu, n)
+                    scattered_body = uniform[r, 0] < transmittance(mu, n, k)
                 if scattered_body and not substrate:
                     end = -1
                 else:
@@ -225,7 +230,7 @@ def take_events(
                                 if not interface:
                                     break
                                 mu_o = dx * mx + dy * my + dz * mz
-                                if mu_o > 0 and chance * bound < transmittance(mu_o, n):
+                                if mu_o > 0 and chance * bound < transmittance(mu_o, n, 0.0):
                                     break
                             s, turn, chance = rng.random(), rng.random(), rng.random()
                     else:

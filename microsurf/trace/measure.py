@@ -111,6 +111,7 @@ def measure(
         needs.substrate,
         needs.multiple_scattering,
         survival=float(body_weight(scene.material.n, max(scene.material.kd))),
+        k=scene.material.k,
     )
     trace(Plane(), 0.0, 0.0, facet, 1, np.random.default_rng(0))  # compiles before the clock runs
     angles = list(product(scene.light.theta, scene.light.phi))

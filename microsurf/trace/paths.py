@@ -36,7 +36,7 @@ class Tile(Protocol):
 
 @dataclass(frozen=True)
 class Facet:
-    """What the facet events need: index n, and which effects run (see `scene.Requirements`).
+    """What the facet events need: index n (k > 0: n + ik of a conductor), which effects run.
 
     A path of more than result.BODY_EXACT body events survives each further one with
     probability ``survival``, as it would in a substrate of that body weight, and is
@@ -49,6 +49,7 @@ class Facet:
     substrate: bool
     multiple_scattering: bool
     survival: float = 1.0
+    k: float = 0.0
 
     def path_weight(self, events: int) -> NDArray[np.float64]:
         """How many paths one path stands for, in the first ``events`` bins of body events."""
@@ -114,7 +115,7 @@ def trace(
     reach = grid.reach
     top = grid.top + OFFSET * reach
     ring_cosines = np.cos(np.radians(result.RING_EDGES[1:]))
-    bound = transmittance_bound(facet_event.n)
+    bound = transmittance_bound(facet_event.n) if facet_event.substrate else 1.0
 
     origins = np.zeros((wave, 3), np.float32)
     rays = np.zeros((wave, 3), np.float32)
@@ -145,7 +146,7 @@ def trace(
             hits.triangle, hits.u, hits.v,
             grid.heights, grid.flipped, grid.x0, grid.y0, grid.columns, grid.rows,
             grid.bottom, top, reach,
-            facet_event.n, bound,
+            facet_event.n, facet_event.k, bound,
             facet_event.interface, facet_event.substrate, facet_event.multiple_scattering,
             facet_event.survival, result.BODY_EDGES,
             grid.tops, grid.levels, ring_cosines, phi,

@@ -3,7 +3,8 @@ import pytest
 
 from microsurf import result
 from microsurf.model import flat, single
-from microsurf.model.body_bins import body_bins, direction
+from microsurf.model.body_bins import body_bins
+from microsurf.model.directions import direction
 from microsurf.model.single import MASKINGS, Facets
 
 

@@ -22,11 +22,11 @@ def test_body_rings_against_adaptive_quadrature(n):
 @pytest.mark.parametrize("theta", [0.0, 30.0, 60.0, 89.9])
 def test_a_white_substrate_loses_nothing(n, theta):
     cosine = np.cos(np.radians(theta))
-    total = flat.specular_bins(cosine, n).sum() + flat.body_bins(cosine, n).sum()
+    total = flat.specular_bins(cosine, n, 0.0).sum() + flat.body_bins(cosine, n).sum()
     assert total == pytest.approx(1, abs=1e-12)
 
 
 def test_the_specular_part_is_in_the_bin_of_the_mirror_direction():
-    bins = flat.specular_bins(np.cos(np.radians(60)), 1.5)
+    bins = flat.specular_bins(np.cos(np.radians(60)), 1.5, 0.0)
     assert np.flatnonzero(bins).tolist() == [30 * result.SECTORS + result.SECTORS // 2]
     assert result.RING_EDGES[30] < 60 < result.RING_EDGES[31]

@@ -17,6 +17,7 @@ from microsurf.physics import facet, fresnel, visible
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 
 CLOSED = {"smith-walk": "smith", "vcavity-walk": "vcavity"}
+GOLD = Scene(material=Material(0.43, k=2.455), roughness=Roughness(2.0, (0.5,)))
 MATERIALS = {"IL": (1.5, 0.8), "mirror": (1.5, 0.0), "Lambertian": (1.0, 0.8)}
 ISOTROPIC, ANISOTROPIC = (2.0, (0.5,)), (8.0, (0.7, 0.2))
 SIGMAS = 4  # standard errors; of the order-1 comparisons here one in 500 runs fails
@@ -50,6 +51,9 @@ def test_the_kernels_transmittance_is_the_law_of_physics():
     for n in (1 + 1e-9, 1.5, 4.0, 100.0):
         kernel = [kernels.transmittance(m, n) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
+    for n, k in ((0.21, 3.272), (1.02, 2.577), (1.366, 7.4052), (0.5, 1e-3), (100.0, 100.0)):
+        kernel = [kernels.absorptance(m, n, k) for m in mu]
+        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n, k), rtol=1e-13)
 
 
 @pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.0001, 3.0, 8.0, 1e3, 1e6, 1e9, np.inf])
@@ -120,6 +124,16 @@ def order_one(kind, walks, roughness, material, theta=(0.0, 60.0, 85.0)):
 )
 def test_order_one_is_the_closed_form(kind, roughness, material):
     assert order_one(kind, 300_000, roughness, material, theta=(65.0,)) < SIGMAS
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_order_one_of_gold_is_the_closed_form(kind):
+    walked, predicted = walk(GOLD, kind, walks=300_000), model.predict(GOLD, CLOSED[kind])
+    measured, expected = (summary.quantity(d, "specular", 0.43, 0.0) for d in (walked, predicted))
+    error = summary.ray_error(walked, "specular", 0.43, 0.0)
+    assert (abs(measured - expected) < SIGMAS * error).all()
+    assert (abs(measured - 1.02 * expected) > SIGMAS * error).all()  # the negative control
+    assert walked.flux.sel(order=2).sum() > 0.01
 
 
 @pytest.mark.long

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from microsurf.physics import fresnel
+from microsurf.physics import fresnel, metals
 
 EPS = np.finfo(float).eps
 INDICES = (1 + 1e-12, 1 + 1e-9, 1 + 1e-5, 1.0003, 1.33, 1.5, 2.0, 2.4, 4.0, 10.0, 100.0)
@@ -22,6 +22,15 @@ def textbook(mu, n):
     r_s = (mu - n * inside) / (mu + n * inside)
     r_p = (n * mu - inside) / (n * mu + inside)
     return (r_s**2 + r_p**2) / 2
+
+
+def metal_textbook(mu, n, k):
+    """The same with a complex index, and 60 digits to lose."""
+    mu, eta = mp.mpf(mu), mp.mpc(n, k)
+    inside = mp.sqrt(1 - (1 - mu**2) / eta**2)
+    r_s = (mu - eta * inside) / (mu + eta * inside)
+    r_p = (eta * mu - inside) / (eta * mu + inside)
+    return (abs(r_s) ** 2 + abs(r_p) ** 2) / 2
 
 
 def duntley(n):
@@ -55,6 +64,48 @@ def test_known_points():
     assert float(fresnel.reflectance(brewster, n)) == pytest.approx(expected, rel=8 * EPS)
     assert float(fresnel.reflectance(0.0, 1.5)) == pytest.approx(1, abs=4 * EPS)
     assert fresnel.transmittance(0.0, 1.5) == 0
+
+
+@pytest.mark.parametrize("n", [1e-3, 0.21, 0.9999, 1.0, 1.5, 7.4, 100.0])
+@pytest.mark.parametrize("k", [1e-9, 1e-3, 0.3, 1.0, 3.272, 100.0])
+def test_conductors_are_exact_to_rounding(n, k):
+    for mu in COSINES:
+        exact = metal_textbook(mu, n, k)
+        # n² − 1 − k² + μ² cancels where n < 1 reflects totally, at μ² = 1 + k² − n²: there
+        # g, and with it T, has the digits of its conditioning and no more.
+        real, imaginary = (n - 1) * (n + 1) - k**2 + mu**2, 2 * n * k
+        condition = 1 + (n**2 + k**2 + 1 + mu**2) / np.hypot(real, imaginary)
+        allowed = 16 * EPS * condition
+        assert float(abs(fresnel.transmittance(mu, n, k) / (1 - exact) - 1)) <= allowed, mu
+        # F where it is small carries the error of r_p's zero; T's bound is absolute there.
+        off = float(abs(fresnel.reflectance(mu, n, k) - exact))
+        assert off <= allowed * float(min(1, exact + abs(1 - exact))), mu
+
+
+def test_a_conductor_of_no_extinction_is_the_dielectric():
+    mu = np.linspace(0.01, 1, 50)
+    for n in (1.33, 1.5, 4.0):
+        metal, glass = fresnel.reflectance(mu, n, 1e-12), fresnel.reflectance(mu, n)
+        np.testing.assert_allclose(metal, glass, atol=1e-11)
+    with pytest.raises(ValueError, match="a conductor needs n > 0"):
+        fresnel.reflectance(0.5, 0.0, 1.0)
+
+
+def test_metals_at_normal_incidence():
+    """((n−1)² + k²)/((n+1)² + k²), and published reflectances: aluminium 0.91 in the visible."""
+    for name, indices in metals.METALS.items():
+        for index in indices:
+            n, k = index.n, index.k
+            expected = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
+            assert float(fresnel.reflectance(1.0, n, k)) == pytest.approx(expected, rel=1e-14)
+            if name == "aluminium":
+                assert expected == pytest.approx(0.915, abs=0.01)
+    red = [float(fresnel.reflectance(1.0, m[-1].n, m[-1].k)) for m in metals.METALS.values()]
+    blue = [float(fresnel.reflectance(1.0, m[0].n, m[0].k)) for m in metals.METALS.values()]
+    assert red[0] > 0.92  # gold is yellow …
+    assert blue[0] < 0.45
+    assert red[1] > 0.88  # … and copper red
+    assert blue[1] < 0.6
 
 
 def test_without_an_interface_nothing_is_reflected():

@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from microsurf import summary
-from microsurf.physics import facet
+from microsurf.physics import facet, fresnel, metals
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import Heightfield, generate_surface
 from microsurf.trace import measure
@@ -119,6 +121,25 @@ def test_a_mirror_absorbs_what_it_lets_in():
     measured = measure(scene(kd=(0.0,)))
     assert measured.sizes["body_events"] == 1
     assert float(measured.arrived.sum() + measured.ended.sel(cause="absorbed").sum()) == 100_000
+
+
+def test_a_conductor_mirrors_and_absorbs():
+    """Flat gold reflects F; rough gold loses more at a second facet."""
+    n, k = metals.GOLD[1].n, metals.GOLD[1].k
+    gold = Material(n, k=k)
+    theta = (0.0, 60.0, 85.0)
+    flat = measure(replace(scene(sigma=0.0, theta=theta), material=gold))
+    values, errors = (
+        quantity(flat, "total", n, 0.0).values.ravel()
+        for quantity in (summary.quantity, summary.ray_error)
+    )
+    expected = fresnel.reflectance(np.cos(np.radians(theta)), n, k)
+    assert (np.abs(values - expected) <= 4 * errors).all()
+    assert (np.abs(values - fresnel.reflectance(0.9, n, 1.1 * k)) > 4 * errors).any()
+    rough = measure(replace(scene(theta=(0.0,)), material=gold))
+    assert float(rough.flux.sel(order=2).sum()) > 0
+    assert float(rough.arrived.sum() + rough.ended.sum()) == float(rough.paths.sum())
+    assert total(rough, n, 0.0)[0] < expected[0] - 4 * total(rough, n, 0.0)[1]
 
 
 def test_nothing_comes_back_from_a_black_body():

@@ -43,8 +43,14 @@ def albedo(tally, kd, n=1.5):
 def test_the_kernel_has_the_law_of_physics():
     mu = np.concatenate([np.geomspace(1e-9, 1, 200)])
     for n in (1 + 1e-9, 1.33, 1.5, 2.4, 100.0):
-        kernel = [events.transmittance(m, n) for m in mu]
+        kernel = [events.transmittance(m, n, 0.0) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
+    for n, k in CONDUCTORS:
+        kernel = [events.transmittance(m, n, k) for m in mu]
+        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n, k), rtol=1e-13)
+
+
+CONDUCTORS = ((0.21, 3.272), (1.02, 2.577), (1.366, 7.4052), (0.5, 1e-3), (100.0, 100.0))
 
 
 @pytest.mark.parametrize("facets", [IL, MIRROR, LAMBERT])

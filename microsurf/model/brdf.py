@@ -1,0 +1,148 @@
+"""What a renderer needs of every model, with one signature: `Brdf`."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import result
+from ..errors import InputError
+from ..physics import fresnel
+from ..scene import Roughness, Scene
+from . import proposal
+from .directions import checked
+from .predict import NAMES, evaluate
+from .walk import KINDS, MOST_EVENTS
+from .walk_evaluate import evaluate_walk
+from .walk_kernels import smith_walk, vcavity_walk
+from .walk_law import facet_of, law_of, stream
+
+Array = NDArray[np.float64]
+
+
+class Sample(NamedTuple):
+    """Directions and their weights, with which E[weight g(o)] = ∫ f cosθ_o g(o) dω_o.
+
+    o : unit directions, shape (..., 3). weight : shape (...), 0 where no light goes on
+    (then o may be anything). delta : whether o is a flat mirror's, which no density has.
+    """
+
+    o: Array
+    weight: Array
+    delta: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Brdf:
+    """A scene's material and roughness by one model: `evaluate`, `sample` and `pdf`.
+
+    Parameters
+    ----------
+    scene : Scene
+        With one Kd; its light and surface are not used.
+    model : str
+        Any of NAMES (order 1, exact up to quadrature) and KINDS (all orders, random).
+    walks : int
+        Walks for each pair of directions in `evaluate`, ≥ 2; of the KINDS only.
+
+    Raises
+    ------
+    InputError
+        If one of these is not as described.
+
+    """
+
+    scene: Scene
+    model: str = "smith"
+    walks: int = 64
+
+    def __post_init__(self) -> None:
+        if self.model not in (*NAMES, *KINDS):
+            raise InputError(
+                f"model = {self.model!r}: must be one of {', '.join((*NAMES, *KINDS))}"
+            )
+        if len(self.scene.material.kd) > 1:
+            raise InputError(f"material.kd = {list(self.scene.material.kd)}: must be one number")
+
+    @property
+    def stochastic(self) -> bool:
+        """Whether `evaluate` is a random estimate, and needs a generator."""
+        return self.model in KINDS and self.scene.requires.roughness
+
+    @property
+    def _flat(self) -> bool:
+        return self.model == "flat" or not self.scene.requires.roughness
+
+    @property
+    def _proposed(self) -> Scene:
+        """The scene whose lobes are proposed: smooth for a flat model."""
+        if self._flat:
+            return replace(self.scene, roughness=Roughness(sigma=(0.0,)))
+        return self.scene
+
+    def evaluate(
+        self, i: Array, o: Array, rng: np.random.Generator | None = None
+    ) -> tuple[Array, Array]:
+        """BRDF in sr⁻¹, cosine not included: f_specular and f_body, see `predict.evaluate`.
+
+        A walk's values are unbiased estimates drawn with ``rng``, see `evaluate_walk`.
+        """
+        if not self.stochastic:
+            return evaluate(self.scene, i, o, "flat" if self._flat else self.model)
+        if rng is None:
+            raise InputError(f"model = {self.model!r}: its values are random; give rng")
+        mean, _ = evaluate_walk(self.scene, i, o, self.model, self.walks, rng)
+        return mean.specular, mean.body
+
+    def sample(self, i: Array, rng: np.random.Generator) -> Sample:
+        """Draw one direction of reflected light for each unit vector i, shape (..., 3), i_z > 0.
+
+        Order-1 models draw from `pdf` and weigh by f cosθ_o/pdf. Walks are walked: the
+        weight is what the substrate leaves, never above 1, and needs no density.
+        """
+        (i,) = checked(i=i)
+        if not np.all(i[..., 2] > 0):
+            raise InputError("i: must point above the horizon to sample")
+        if self.stochastic:
+            return self._walked(i, rng)
+        scene = self._proposed
+        drawn = proposal.sample(scene, i, rng, several=False)
+        specular, body = self.evaluate(i, drawn.o)
+        density = self.pdf(i, drawn.o)
+        valued = (density > 0) & ~drawn.delta
+        weight = np.zeros(i.shape[:-1])
+        weight[valued] = ((specular + body) * drawn.o[..., 2])[valued] / density[valued]
+        if drawn.delta.any():
+            material, share = scene.material, proposal.mirrored_share(scene, i, several=False)
+            mirror = fresnel.reflectance(i[..., 2], material.n, material.k)
+            weight[drawn.delta] = (mirror / np.maximum(share, np.finfo(float).tiny))[drawn.delta]
+        return Sample(drawn.o, weight, drawn.delta)
+
+    def _walked(self, i: Array, rng: np.random.Generator) -> Sample:
+        scene, rough = self.scene, self.scene.roughness
+        law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
+        of_one = facet_of(scene, scene.material.kd[0])
+        most = MOST_EVENTS if scene.requires.multiple_scattering else 1
+        run = smith_walk if self.model == "smith-walk" else vcavity_walk
+        state = stream(rng)
+        flat_i = np.ascontiguousarray(i.reshape(-1, 3))
+        exits, events = np.zeros(flat_i.shape), np.zeros((len(flat_i), 2), np.int64)
+        for k, w in enumerate(flat_i):
+            run(exits[k : k + 1], events[k : k + 1], most, w, law, of_one, state)
+        body = events[:, 1]
+        # Beyond BODY_EXACT events roulette has taken the place of the weight.
+        weight = np.power(of_one.survival, np.clip(body, 0, result.BODY_EXACT))
+        weight[body < 0] = 0
+        shape = i.shape[:-1]
+        return Sample(exits.reshape(i.shape), weight.reshape(shape), np.zeros(shape, bool))
+
+    def pdf(self, i: Array, o: Array) -> Array:
+        """Density in sr⁻¹ that proposes o from i; see `proposal`.
+
+        For order-1 models that of `sample`, exactly. A walk's own density is unknown;
+        this one, of a lobe close to it, is for multiple importance sampling: the
+        estimate is unbiased with any such density, its variance shows how close.
+        """
+        i, o = checked(i=i, o=o)
+        return proposal.density(self._proposed, i, o, several=self.stochastic)
