@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint clean
+.PHONY: validate test test-long lint gallery clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -14,6 +14,10 @@ test: $(READY) lint
 
 test-long: $(READY)
 	$(BIN)/pytest -m "long or not long"
+
+gallery: $(READY)
+	$(BIN)/python validation/gallery.py
+	$(BIN)/python validation/approximate_error.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -186,7 +186,7 @@ def test_options_override_the_scene(run):
     assert rough != anisotropic
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *KINDS])
 def test_directions_come_back_as_rows(run, name):
     rows = [(30, 0, 10, 180), (30, 0, 10, 90), (75.5, -20, 0, 0)]
     text = "theta_i,phi_i,theta_o,phi_o\n" + "\n".join(",".join(map(str, r)) for r in rows)

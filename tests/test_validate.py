@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from microsurf import validate
-from microsurf.scene import Accuracy, Expectation, Light, Material, Roughness, Scene, Surface
+from microsurf.scene import (
+    Accuracy,
+    Effects,
+    Expectation,
+    Light,
+    Material,
+    Roughness,
+    Scene,
+    Surface,
+)
 from microsurf.surface import Heightfield, generate_surface, write_surface
 
 TINY = Scene(
@@ -24,11 +33,24 @@ def entry():
 
 
 def test_every_model_is_asked_and_the_first_is_judged(entry):
-    assert tuple(entry.predicted) == validate.MODELS
+    assert tuple(entry.predicted) == (*validate.MODELS, validate.WALK)
     assert [c.quantity for c in entry.comparisons] == ["specular"] * 2 + ["total"] * 2
     first = entry.predicted[validate.MODELS[0]]
     specular = first.flux.isel(body_events=0).sum(("theta_o", "phi_o")).values.ravel()
     np.testing.assert_allclose([c.predicted for c in entry.comparisons[:2]], specular, rtol=1e-12)
+    total = (
+        entry.predicted[validate.WALK].flux.isel(body_events=0).sum(("order", "theta_o", "phi_o"))
+    )
+    np.testing.assert_allclose([c.predicted for c in entry.comparisons[2:]], total.values.ravel())
+    assert [c.model for c in entry.comparisons] == ["smith"] * 2 + ["smith-walk"] * 2
+    assert all(c.predicted_error > 0 for c in entry.comparisons[2:])
+
+
+def test_without_multiple_scattering_the_total_is_one_bounce():
+    alone = replace(TINY, effects=Effects(multiple_scattering=False))
+    entry = validate.validate_scene("alone", alone, seed=3)
+    assert tuple(entry.predicted) == validate.MODELS
+    assert {c.model for c in entry.comparisons} == {"smith"}
 
 
 def test_the_measurement_is_that_of_the_scene_and_seed(entry):
@@ -57,7 +79,7 @@ def test_figures_are_strict_json(entry):
     text = json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
     read = json.loads(text)
     assert read["name"] == "tiny"
-    assert set(read["predicted"]) == set(validate.MODELS)
+    assert set(read["predicted"]) == {*validate.MODELS, validate.WALK}
     assert read["measured"]["paths"] == 2 * 2 * 2000
     assert len(read["comparisons"]) == 4
     assert read["fit"] is None

@@ -30,7 +30,9 @@ from .output import check_ending, show, write
     default="smith",
     show_default=True,
 )
-@click.option("--paths", type=int, help="Walks for each angle, of a -walk. Default 1000000.")
+@click.option(
+    "--paths", type=int, help="Walks of a -walk: for each angle (default 1000000), or row (10000)."
+)
 @seed
 @click.option("--directions", type=PATH, help="CSV of theta_i,phi_i,theta_o,phi_o in degrees.")
 @click.option("--out", type=PATH, help="Write the result as FILE.nc.")
@@ -60,12 +62,8 @@ def predict_command(
         ):
             if used:
                 raise InputError(f"--directions: prints CSV of its own angles; leave out {option}")
-        if name in model.KINDS:
-            raise InputError(
-                f"--model {name}: has no value for single directions here; take one of "
-                f"{', '.join(model.NAMES)}, or evaluate_walk in Python"
-            )
-        _print_directions(asked, name, directions)
+        rng = np.random.default_rng(seed)
+        _print_directions(asked, name, directions, given["paths"] or _WALKS, rng)
         return
     if out is not None:
         check_ending(out, ".nc")
@@ -89,27 +87,25 @@ def predict_command(
 
 
 _COLUMNS = ("theta_i", "phi_i", "theta_o", "phi_o")
+_WALKS = 10_000  # for each row of --directions: some 1 % of f
 
 
-def _print_directions(asked: Scene, name: str, file: Path) -> None:
+def _print_directions(
+    asked: Scene, name: str, file: Path, walks: int, rng: np.random.Generator
+) -> None:
     angles = _read_directions(file)
     kd = asked.material.kd
     if len(kd) > 1:
         raise InputError(f"--kd = {list(kd)}: with --directions give one")
-    i = np.stack([_direction(row[0], row[1]) for row in angles])
-    o = np.stack([_direction(row[2], row[3]) for row in angles])
-    specular, body = model.evaluate(asked, i, o, name)
+    theta_i, phi_i, theta_o, phi_o = np.radians(angles).T
+    i, o = model.direction(theta_i, phi_i), model.direction(theta_o, phi_o)
+    specular, body = model.Brdf(asked, name, walks).evaluate(i, o, rng)
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow([*_COLUMNS, "f_specular", "f_body", "f"])
     for row, s, b in zip(angles, specular, body, strict=True):
         writer.writerow([repr(float(v)) for v in (*row, s, b, s + b)])
     write(table.getvalue().rstrip("\n"))
-
-
-def _direction(theta: float, phi: float) -> NDArray[np.float64]:
-    t, p = np.radians(theta), np.radians(phi)
-    return np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
 
 
 def _read_directions(file: Path) -> NDArray[np.float64]:

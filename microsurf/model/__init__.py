@@ -7,8 +7,19 @@ it, `named` the models of the literature.
 
 from . import named
 from .brdf import Brdf
+from .directions import direction
 from .predict import NAMES, evaluate, predict
 from .walk import KINDS, walk
 from .walk_evaluate import evaluate_walk
 
-__all__ = ["KINDS", "NAMES", "Brdf", "evaluate", "evaluate_walk", "named", "predict", "walk"]
+__all__ = [
+    "KINDS",
+    "NAMES",
+    "Brdf",
+    "direction",
+    "evaluate",
+    "evaluate_walk",
+    "named",
+    "predict",
+    "walk",
+]

@@ -22,7 +22,8 @@ from .specular_bins import specular_bins
 Array = NDArray[np.float64]
 
 NAMES = ("flat", *MASKINGS)
-"""flat: roughness left out; smith: height-correlated G2; smith-separable; vcavity."""
+"""flat: roughness left out; approximate: smith with a closed form of its body term; smith:
+height-correlated G2; smith-separable; vcavity."""
 
 
 def predict(scene: Scene, model: str = "smith") -> xr.Dataset:

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics import fresnel, smith, std, vcavity
+from . import approximate
 from .quadrature import body_integral
 
 Array = NDArray[np.float64]
 
-MASKINGS = ("smith", "smith-separable", "vcavity")
+MASKINGS = ("approximate", "smith", "smith-separable", "vcavity")
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,9 @@ class Facets:
 
     Relative index n ≥ 1, or n + ik of a conductor (k > 0); STD shape γ in (3/2, ∞] and
     roughness σ > 0 along x and y; ``masking`` one of MASKINGS: Smith's G2
-    height-correlated (Heitz 2014, eq. 99) or separable, or that of V-cavities (Torrance
-    and Sparrow 1967).
+    height-correlated (Heitz 2014, eq. 99) or separable, that of V-cavities (Torrance
+    and Sparrow 1967), or "approximate": the first with a closed form in place of the
+    body integral.
     """
 
     n: float
@@ -75,6 +77,8 @@ def specular(facets: Facets, i: Array, o: Array) -> Array:
 
 def body(facets: Facets, i: Array, o: Array, refinement: float = 1.0) -> Array:
     """f_b in sr⁻¹ at unit body weight, for unit directions of shape (pairs, 3) with z > 0."""
+    if facets.masking == "approximate":
+        return approximate.body(facets, i, o)
     integral = body_integral(
         i, o, *facets.std, facets.n, vcavity=facets.masking == "vcavity", refinement=refinement
     )

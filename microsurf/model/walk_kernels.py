@@ -32,16 +32,35 @@ def uniform(state):
 
 
 @compiled
-def absorptance(mu, n, k):
-    """T(μ) of a conductor, in real numbers: g = a + ib."""
+def refracted(mu, n, k):
+    """Real and imaginary part of g = √(η² − 1 + μ²), η = n + ik."""
     real, imaginary = (n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k
     size = np.sqrt(real * real + imaginary * imaginary)
     if real >= 0:
         a = np.sqrt((size + real) / 2)
-        b = imaginary / (2 * a)
-    else:
-        b = np.sqrt((size - real) / 2)
-        a = imaginary / (2 * b)
+        return a, imaginary / (2 * a)
+    b = np.sqrt((size - real) / 2)
+    return imaginary / (2 * b), b
+
+
+@compiled
+def reflected(mu, facet):
+    """F(μ) of the facet as `physics.fresnel.reflectance`; 1 − T would be noise near n = 1."""
+    n, k = facet.n, facet.k
+    a, b = refracted(mu, n, k)
+    square, imaginary = (n - k) * (n + k), 2 * n * k
+    across = (a + mu) ** 2 + b * b
+    along = (square * mu + a) ** 2 + (imaginary * mu + b) ** 2
+    excess = ((n - 1) * (n + 1) - k * k) ** 2 + imaginary * imaginary
+    brewster = ((square + 1) * mu * mu - 1) ** 2 + (imaginary * mu * mu) ** 2
+    return excess * (1 / (across * across) + brewster / (along * along)) / 2
+
+
+@compiled
+def absorptance(mu, n, k):
+    """T(μ) of a conductor."""
+    a, b = refracted(mu, n, k)
+    imaginary = 2 * n * k
     square = (n - k) * (n + k)
     across = (a + mu) ** 2 + b * b
     along = (square * mu + a) ** 2 + (imaginary * mu + b) ** 2
@@ -305,7 +324,7 @@ def smith_next_event(values, first, last, i, o, law, facet, state):
                 out = weight * np.exp(h * rate)
                 if facet.interface:
                     density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, law)
-                    value = out * density * (1 - passed(mu, facet))
+                    value = out * density * reflected(mu, facet)
                     if body == 0:
                         specular += value
                     else:

@@ -29,10 +29,13 @@ _EFFECTS = (
 )
 _LOBES = (
     "Lobes in the plane of incidence, Kd = {kd:g}. Points: traced on the explicit surface, "
-    "bands 95 % over {basis}. Lines: single scattering by the theory, integrated over "
-    "the same bins."
+    "bands 95 % over {basis}. Coloured lines: single scattering by the theory, integrated over "
+    "the same bins; black line: all orders by its random walk."
 )
-_ALBEDOS = "Albedo by the number of facets met. Bars: standard deviation between surfaces."
+_ALBEDOS = (
+    "Albedo by the number of facets met. Bars: standard deviation between surfaces. Open red "
+    "symbols: the same orders by the random walk."
+)
 _SURFACE = (
     "The surface itself: a profile, and how many facets are steeper than a slope. "
     "The dotted line is where the mesh ends and the theory goes on."

@@ -18,8 +18,8 @@ from ..surface import Heightfield, facet_slopes
 from ..verdict import Comparison
 
 # Okabe and Ito's palette: told apart by the colour-blind; line styles say it again.
-BLACK, ORANGE, BLUE, GREEN, VERMILION, PURPLE, GREY = (
-    "#000000", "#E69F00", "#0072B2", "#009E73", "#D55E00", "#CC79A7", "#888888",
+BLACK, ORANGE, BLUE, VERMILION, GREY = (
+    "#000000", "#E69F00", "#0072B2", "#D55E00", "#888888",
 )  # fmt: skip
 _QUANTITY_STYLE = {
     "specular": (VERMILION, "s", "order-1 specular"),
@@ -28,9 +28,12 @@ _QUANTITY_STYLE = {
 }
 _MODEL_STYLE = {
     "flat": ("-", "flat IL"),
+    "approximate": ("-.", "closed approximation"),
     "smith": ("-", "Smith, height-correlated"),
     "smith-separable": ("--", "Smith, separable"),
     "vcavity": (":", "V-cavity"),
+    "smith-walk": ("-", "Smith walk"),
+    "vcavity-walk": (":", "V-cavity walk"),
 }
 _CONFIDENCE = 0.95
 
@@ -116,8 +119,8 @@ def lobes(
     return figure
 
 
-def _cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
-    """BRDF in the plane of incidence; where every plane is one, the mean of them all."""
+def cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
+    """BRDF at one incidence in its plane, θ_o signed; where every plane is one, their mean."""
     density = result.brdf(result.by_kind(dataset.flux, scene.material.n, kd))
     if _no_plane(dataset, scene):
         density = density * 0 + density.mean("phi_o")
@@ -131,7 +134,7 @@ def _no_plane(dataset: xr.Dataset, scene: Scene) -> bool:
 
 def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) -> list[float]:
     """Order 1 by kind, and all orders together, with bands over the realisations."""
-    density = _cut(measured, scene, kd)
+    density = cut(measured, scene, kd)
     curves = {
         "specular": density.sel(order=1, kind="specular"),
         "body": density.sel(order=1, kind="body"),
@@ -182,17 +185,21 @@ def _bands(
 def _predicted_lobes(
     panel: Axes, key: str, prediction: xr.Dataset, scene: Scene, kd: float
 ) -> list[float]:
-    density = _cut(prediction, scene, kd)
+    density = cut(prediction, scene, kd).isel(realisation=0)
     style, label = _MODEL_STYLE[key]
+    if density.sizes["order"] > 1:
+        curves = {"total": density.sum(("order", "kind"))}
+    else:
+        curves = {kind: density.isel(order=0).sel(kind=kind) for kind in result.KINDS}
     levels = []
-    for kind in result.KINDS:
-        curve = density.isel(realisation=0, order=0).sel(kind=kind)
+    for name, curve in curves.items():
         if not (curve > 0).any():
             continue
-        colour = _QUANTITY_STYLE[kind][0]
+        what = "all orders" if name == "total" else name
         panel.plot(
-            curve.theta_o.values, np.where(curve > 0, curve, np.nan), color=colour,
-            linestyle=style, linewidth=1.1, label=f"{label}, {kind}",
+            curve.theta_o.values, np.where(curve > 0, curve, np.nan),
+            color=_QUANTITY_STYLE[name][0], linestyle=style, linewidth=1.1,
+            label=f"{label}, {what}",
         )  # fmt: skip
         levels.append(float(curve.max()))
     return levels
@@ -201,7 +208,7 @@ def _predicted_lobes(
 def albedos(
     measured: xr.Dataset, predicted: Mapping[str, xr.Dataset], scene: Scene, kd: float
 ) -> Figure:
-    """Albedo by order against incidence: how much a single bounce leaves out."""
+    """Albedo by order against incidence: how much a single bounce leaves out, and a walk knows."""
     figure = _figure(6, 3.6)
     axes = figure.subplots()
     n = scene.material.n
@@ -223,10 +230,19 @@ def albedos(
         )  # fmt: skip
     for key, prediction in predicted.items():
         values = summary.by_order(prediction, n, kd).sum("kind").isel(realisation=0, phi_i=0)
-        axes.plot(
-            theta, values.sel(order=1), color=ORANGE, linestyle=_MODEL_STYLE[key][0],
-            marker="x", label=f"{_MODEL_STYLE[key][1]}, order 1",
-        )  # fmt: skip
+        line, label = _MODEL_STYLE[key]
+        if prediction.sizes["order"] == 1:
+            axes.plot(
+                theta, values.sel(order=1), color=ORANGE, linestyle=line, marker="x",
+                label=f"{label}, order 1",
+            )  # fmt: skip
+            continue
+        for order, (_, marker) in zip(result.ORDERS[1:], styles[1:], strict=True):
+            axes.plot(
+                theta, np.where(values.sel(order=order) > 0, values.sel(order=order), np.nan),
+                color=VERMILION, linestyle="none", marker=marker, markersize=8, fillstyle="none",
+                label=f"{label}, order {order}{'+' if order == result.ORDERS[-1] else ''}",
+            )  # fmt: skip
     axes.set(xlabel=r"incidence $\theta_i$ (°)", ylabel="albedo", yscale="log")
     figure.legend(loc="outside lower center", fontsize=7, ncols=4, frameon=False)
     _grid(axes)

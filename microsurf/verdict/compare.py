@@ -23,7 +23,8 @@ class Comparison:
     """One quantity at one incidence: what was measured, what was predicted, what follows.
 
     ``effect`` is measured/predicted − 1, ``low`` and ``high`` its confidence interval
-    over the realisations (over the rays where there is one surface only, ``basis``).
+    over the realisations (over the rays where there is one surface only, ``basis``),
+    with the error of a ``model`` that is sampled.
     """
 
     quantity: str
@@ -32,7 +33,9 @@ class Comparison:
     kd: float
     measured: float
     standard_error: float
+    model: str
     predicted: float
+    predicted_error: float
     effect: float
     low: float
     high: float
@@ -48,11 +51,17 @@ class Comparison:
         return self.verdict not in self.expected.split("|")
 
 
-def compare(measured: xr.Dataset, predicted: xr.Dataset, scene: Scene) -> list[Comparison]:
+def compare(
+    measured: xr.Dataset,
+    predicted: xr.Dataset,
+    scene: Scene,
+    all_orders: xr.Dataset | None = None,
+) -> list[Comparison]:
     """Compare what the scene has of order-1 specular, order-1 body and total albedo.
 
-    Quantities that the theory says are zero (no interface, no substrate) are left
-    out. One comparison for each quantity, angle and Kd.
+    The total is compared with ``all_orders``, a prediction of multiple scattering, if
+    there is one. Quantities that the theory says are zero (no interface, no substrate)
+    are left out. One comparison for each quantity, angle and Kd.
     """
     needs = scene.requires
     names = [
@@ -67,9 +76,12 @@ def compare(measured: xr.Dataset, predicted: xr.Dataset, scene: Scene) -> list[C
     rows = []
     for name in names:
         expectation = scene.expect.get(name, _DEFAULT)
+        theory = all_orders if name == "total" and all_orders is not None else predicted
         for kd in scene.material.kd:
-            of = [summary.quantity(d, name, scene.material.n, kd) for d in (measured, predicted)]
-            noise = summary.ray_error(measured, name, scene.material.n, kd)
+            of = [summary.quantity(d, name, scene.material.n, kd) for d in (measured, theory)]
+            noise, sampling = (
+                summary.ray_error(d, name, scene.material.n, kd) for d in (measured, theory)
+            )
             for t, theta in enumerate(scene.light.theta):
                 for p, phi in enumerate(scene.light.phi):
                     place = {"theta_i": t, "phi_i": p}
@@ -79,7 +91,9 @@ def compare(measured: xr.Dataset, predicted: xr.Dataset, scene: Scene) -> list[C
                     rows.append(
                         _comparison(
                             name, (theta, phi, kd), expectation, t,
-                            of[0].isel(place).values, prediction, noise.isel(place).values,
+                            of[0].isel(place).values, noise.isel(place).values,
+                            str(theory.attrs.get("model", "")), prediction,
+                            float(sampling.isel(place).item()),
                         )
                     )  # fmt: skip
     return rows
@@ -91,8 +105,10 @@ def _comparison(
     expectation: Expectation,
     angle: int,
     values: np.ndarray,
-    prediction: float,
     noise: np.ndarray,
+    model: str,
+    prediction: float,
+    sampling: float,
 ) -> Comparison:
     """Decide on one quantity at one angle from its value on each realisation."""
     count = len(values)
@@ -103,7 +119,10 @@ def _comparison(
         error = float(noise[0])
         factor = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
     mean = float(values.mean())
-    effect, half = mean / prediction - 1, factor * error / prediction
+    effect = mean / prediction - 1
+    # The prediction's own error is carried into the ratio, to first order.
+    of_model = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * sampling * (1 + effect)
+    half = float(np.hypot(factor * error, of_model)) / prediction
     low, high = effect - half, effect + half
     expected = expectation.verdict[angle % len(expectation.verdict)]
     return Comparison(
@@ -113,7 +132,9 @@ def _comparison(
         kd=place[2],
         measured=mean,
         standard_error=error,
+        model=model,
         predicted=prediction,
+        predicted_error=sampling,
         effect=effect,
         low=low,
         high=high,

@@ -100,7 +100,7 @@ def test_evaluate_takes_arrays_and_is_0_below_the_horizon():
 def test_what_makes_no_sense_is_refused():
     up = brute.direction(0, 0)
     one = replace(SCENE, material=Material(1.5, (0.5,)))
-    with pytest.raises(InputError, match="model = 'cook': must be one of flat, smith"):
+    with pytest.raises(InputError, match="model = 'cook': must be one of flat, approximate"):
         model.predict(SCENE, "cook")
     with pytest.raises(InputError, match=r"material\.kd"):
         model.evaluate(SCENE, up, up)

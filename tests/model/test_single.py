@@ -6,6 +6,7 @@ from mpmath import mp, mpf
 from microsurf.model import single
 from microsurf.model.single import MASKINGS, Facets
 
+EXACT = [masking for masking in MASKINGS if masking != "approximate"]
 PAIRS = [(20, 35, 150), (60, 60, 180), (75, 40, 20), (85, 88, 170)]
 
 
@@ -78,7 +79,7 @@ def exact_body(i, o, n, gamma, sigma, masking):
     return integral / (np.pi * escape * i[2] * o[2])
 
 
-@pytest.mark.parametrize("masking", MASKINGS)
+@pytest.mark.parametrize("masking", EXACT)
 @pytest.mark.parametrize("n", [1.0, 1.5])
 def test_body_against_adaptive_quadrature(masking, n):
     i, o = lobe((65, 50, 140))
@@ -91,7 +92,7 @@ def test_wrong_masking_is_told_apart():
     mp.dps = 30
     i, o = lobe((65, 50, 140))
     for reference in (exact_specular, exact_body):
-        values = [reference(i, o, 1.5, 1.75, 0.6, masking) for masking in MASKINGS]
+        values = [reference(i, o, 1.5, 1.75, 0.6, masking) for masking in EXACT]
         assert min(abs(values[0] / v - 1) for v in values[1:]) > 1e-3
 
 

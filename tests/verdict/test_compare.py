@@ -147,6 +147,31 @@ def test_effect_and_interval_by_hand():
     assert row.verdict == "departs"
 
 
+def test_a_sampled_prediction_adds_its_own_error_to_the_total():
+    """No spread over surfaces: what is left is the binomial error of 1e4 white walks."""
+    datasets = []
+    for specular, orders in ((0.3, (1,)), (0.2, (1,)), (0.25, (1,))):
+        flux = np.zeros((2, 1, 1, 1, 2, result.RINGS, result.SECTORS))
+        flux[..., 0, 5, 5] = specular
+        datasets.append(result.build(flux, (0.0,), (0.0,), orders=orders))
+    measured, single, walked = datasets
+    single, walked = single.isel(realisation=[0]), walked.isel(realisation=[0])
+    dims = ("realisation", "theta_i", "phi_i")
+    measured["paths"] = (dims, np.full((2, 1, 1), 1e4))
+    walked["paths"] = (dims, np.full((1, 1, 1), 1e4))
+    walked.attrs["model"] = "smith-walk"
+    scene = Scene(material=Material(1.5, (0.0,)), light=Light((0.0,)))
+    specular, total = compare(measured, single, scene, walked)
+    assert specular.effect == pytest.approx(0.5)
+    assert specular.predicted_error == 0
+    assert (total.model, total.effect) == ("smith-walk", pytest.approx(0.2))
+    error = np.sqrt(0.25 * 0.75 / 1e4)
+    assert total.predicted_error == pytest.approx(error)
+    # Of measured/predicted: the relative error of the prediction times the ratio.
+    half = stats.norm.ppf(0.975) * 1.2 * error / 0.25
+    assert (total.low, total.high) == pytest.approx((0.2 - half, 0.2 + half))
+
+
 def test_expectations_are_by_angle_and_may_be_several():
     rows = small(
         measured=(0.11, 0.2),
