@@ -74,10 +74,10 @@ def line(axes: Axes, theory: xr.Dataset, asked: Scene, style: tuple[str, str, st
 
 def finish(figure: Figure, panels: np.ndarray, name: str, low: float = 3e-2) -> None:
     """Axes, one legend for all panels, and the file."""
+    drawn = [line.get_ydata() for axes in panels.ravel() for line in axes.lines]
+    top = 1.5 * np.nanmax(np.concatenate(drawn))
     for axes in panels.ravel():
-        axes.set(yscale="log", xlim=(-90, 90), xticks=np.arange(-90, 91, 30))
-        drawn = np.concatenate([curve.get_ydata() for curve in axes.lines])
-        axes.set_ylim(low, 1.5 * np.nanmax(drawn))
+        axes.set(yscale="log", xlim=(-90, 90), xticks=np.arange(-90, 91, 30), ylim=(low, top))
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.spines[["top", "right"]].set_visible(False)
     for axes in panels[-1]:

@@ -61,6 +61,29 @@ def test_specular_against_mpmath(angles, gamma, masking):
     assert value == pytest.approx(exact_specular(i, o, 1.5, gamma, 0.4, masking), rel=1e-11)
 
 
+@pytest.mark.parametrize("gamma", [1.501, 2.0, 1e4])
+@pytest.mark.parametrize("sigma", [1e-4, 10.0])
+@pytest.mark.parametrize("n", [1 + 1e-9, 100.0])
+@pytest.mark.parametrize("angles", [(89.99999, 89.9999, 179.9), (0.0, 89.99999, 0.0)])
+def test_specular_in_the_corners(angles, n, sigma, gamma):
+    """Under V-cavities: Smith's Λ has corners and tests of its own, in `physics`.
+
+    1e−12 for each factor e of D; that unit vectors have a length of 1 ± 1e−16 changes i·h
+    by 1e−16/(i·h)², and what tan² of h loses D multiplies by γ.
+    """
+    mp.dps = 50
+    i, o = lobe(angles)
+    exact = exact_specular(i, o, n, gamma, sigma, "vcavity")
+    value = float(single.specular(Facets(n, gamma, sigma, sigma, "vcavity"), i, o))
+    if exact < 1e-290:
+        assert 0 <= value < 1e-280
+        return
+    h, mu = (i + o) / np.linalg.norm(i + o), np.linalg.norm(i + o) / 2
+    rho2 = (np.hypot(h[0], h[1]) / h[2] / sigma) ** 2
+    lost = 1e-15 * (1 / mu**2 + gamma * min(1, rho2) / max(np.hypot(h[0], h[1]), 1e-8))
+    assert value == pytest.approx(exact, rel=1e-12 * (1 + abs(np.log(exact))) + lost)
+
+
 @pytest.mark.parametrize("masking", MASKINGS)
 def test_specular_reciprocity(masking):
     facets = Facets(1.5, 1.75, 0.3, 0.8, masking)
