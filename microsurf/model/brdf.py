@@ -12,10 +12,11 @@ from ..physics import fresnel
 from ..scene import Roughness, Scene
 from . import proposal
 from .directions import checked
+from .groove_kernels import vcavity_walk
 from .predict import NAMES, evaluate
 from .walk import KINDS, MOST_EVENTS
 from .walk_evaluate import evaluate_walk
-from .walk_kernels import smith_walk, vcavity_walk
+from .walk_kernels import smith_walk
 from .walk_law import facet_of, law_of, stream
 
 Array = NDArray[np.float64]

@@ -27,7 +27,16 @@ light; what a cone of directions receives is finite.
 import numpy as np
 
 from .. import result
-from .walk_kernels import compiled, diffused, mirrored, radial_slope, reflected, scatter, uniform
+from .walk_kernels import (
+    OVER,
+    compiled,
+    diffused,
+    mirrored,
+    radial_slope,
+    reflected,
+    scatter,
+    uniform,
+)
 
 SUMMED = 32
 """Mirrors of a chain up to which its terms are summed, and beyond which they are drawn."""
@@ -165,37 +174,75 @@ def sent(first, last, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state):
 
 
 @compiled
+def enter(dx, dy, dz, law, state):
+    """Facet a that light going along d meets first in a groove, and the place t where."""
+    # A groove offers the light its opening, whatever its slope: the distribution itself.
+    p, q = radial_slope(law.nu, state)
+    ax, ay = -law.scale_x * p, -law.scale_y * q
+    norm = np.sqrt(ax * ax + ay * ay + 1)
+    ax, ay, az = ax / norm, ay / norm, 1 / norm
+    to_a, to_b = -(dx * ax + dy * ay + dz * az), dx * ax + dy * ay - dz * az
+    # One of both faces the light at least; each is seen in proportion to its cosine.
+    if uniform(state) * (max(to_a, 0.0) + max(to_b, 0.0)) >= to_a:
+        ax, ay, to_a, to_b = -ax, -ay, to_b, to_a
+    # Light past the edge of b reaches a from t = −i·b/(i·a) upwards.
+    return ax, ay, az, 1 - uniform(state) * (1 - max(-to_b / to_a, 0.0))
+
+
+@compiled
+def cross(t, dx, dy, dz, ax, ay, az):
+    """Place on the other facet where a ray from t of a meets it, 0 if it leaves the groove."""
+    leaving = t * max(dx * ax + dy * ay + dz * az, 0.0)
+    towards = dx * ax + dy * ay - dz * az
+    if dz > 0 and leaving >= towards:
+        return 0.0
+    return max(min(leaving / towards, 1.0), 5e-324)
+
+
+@compiled
+def vcavity_walk(exits, events, most, i, law, facet, state):
+    """As `walk_kernels.smith_walk`, between both facets of a groove (Torrance, Sparrow 1967)."""
+    for k in range(len(exits)):
+        dx, dy, dz = -i[0], -i[1], -i[2]
+        ax, ay, az, t = enter(dx, dy, dz, law, state)
+        order = body = 0
+        while t > 0:
+            if order == most:
+                body = OVER
+                break
+            dx, dy, dz, body = scatter(dx, dy, dz, ax, ay, az, body, facet, state)
+            order += 1
+            if body < 0:
+                break
+            t = cross(t, dx, dy, dz, ax, ay, az)
+            ax, ay = -ax, -ay
+        exits[k, 0], exits[k, 1], exits[k, 2] = dx, dy, dz
+        events[k, 0], events[k, 1] = order, body
+
+
+@compiled
 def groove_next_event(values, first, last, i, o, law, facet, state):
     """Estimate f cosθ_o of orders first … last with body events, into values[:, 1].
 
-    Walk k goes from i[k % len(i)] as in `walk_kernels.vcavity_walk`; at each facet it
-    meets it adds what a body event there sends towards o[k % len(o)].
+    Walk k goes from i[k % len(i)] as in `vcavity_walk`; at each facet it meets it adds
+    what a body event there sends towards o[k % len(o)].
     """
     for k in range(len(values)):
         ox, oy, oz = o[k % len(o)]
         dx, dy, dz = i[k % len(i)]
         dx, dy, dz = -dx, -dy, -dz
-        p, q = radial_slope(law.nu, state)
-        ax, ay = -law.scale_x * p, -law.scale_y * q
-        norm = np.sqrt(ax * ax + ay * ay + 1)
-        ax, ay, az = ax / norm, ay / norm, 1 / norm
-        to_a, to_b = -(dx * ax + dy * ay + dz * az), dx * ax + dy * ay - dz * az
-        if uniform(state) * (max(to_a, 0.0) + max(to_b, 0.0)) >= to_a:
-            ax, ay, to_a, to_b = -ax, -ay, to_b, to_a
-        t = 1 - uniform(state) * (1 - max(-to_b / to_a, 0.0))
+        ax, ay, az, t = enter(dx, dy, dz, law, state)
         order = body = 0
         total = 0.0
-        while order < last:
+        while t > 0 and order < last:
             order += 1
             # Beyond BODY_EXACT events roulette takes the place of the weight.
             weight = facet.survival ** min(body, result.BODY_EXACT)
             least, most = max(first - order, 0), last - order if facet.interface else 0
             total += weight * sent(least, most, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state)
             dx, dy, dz, body = scatter(dx, dy, dz, ax, ay, az, body, facet, state)
-            leaving = t * max(dx * ax + dy * ay + dz * az, 0.0)
-            towards = dx * ax + dy * ay - dz * az
-            if body < 0 or (dz > 0 and leaving >= towards):
+            if body < 0:
                 break
-            t = min(leaving / towards, 1.0)
+            t = cross(t, dx, dy, dz, ax, ay, az)
             ax, ay = -ax, -ay
         values[k, 1] = total

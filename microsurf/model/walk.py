@@ -20,7 +20,8 @@ from ..scene import Scene
 from ..scene_file import to_toml
 from . import flat
 from .directions import direction
-from .walk_kernels import smith_walk, vcavity_walk
+from .groove_kernels import vcavity_walk
+from .walk_kernels import smith_walk
 from .walk_law import Facet, facet_of, law_of, stream
 from .walk_tally import CAUSES, Tally, tally
 

@@ -4,7 +4,7 @@
 
 Smith: Heitz et al., "Multiple-Scattering Microfacet BSDFs with the Smith Model", ACM
 TOG 35(4), 2016, in an exponential half-space of heights h ≤ 0. Slopes are in units of
-σ/√2 along each axis, as in X
+σ/√2 along each axis, as in `physics.visible`. Grooves: `groove_kernels`.
 """
 
 import numpy as np
@@ -336,40 +336,3 @@ def smith_next_event(values, first, last, i, o, law, facet, state):
         values[k, 0], values[k, 1] = specular, diffuse
         total += order
     return total
-
-
-@compiled
-def vcavity_walk(exits, events, most, i, law, facet, state):
-    """As `smith_walk`, between both facets a and b of a groove (Torrance and Sparrow 1967).
-
-    The place on a facet is its distance t in (0, 1] from the bottom. A ray that leaves a
-    at t meets b at t (d·a)/(−d·b), or passes above it if that is past 1.
-    """
-    for k in range(len(exits)):
-        dx, dy, dz = -i[0], -i[1], -i[2]
-        # A groove offers the light its opening, whatever its slope: the distribution itself.
-        p, q = radial_slope(law.nu, state)
-        ax, ay = -law.scale_x * p, -law.scale_y * q
-        norm = np.sqrt(ax * ax + ay * ay + 1)
-        ax, ay, az = ax / norm, ay / norm, 1 / norm
-        to_a, to_b = -(dx * ax + dy * ay + dz * az), dx * ax + dy * ay - dz * az
-        # One of both faces the light at least; each is seen in proportion to its cosine.
-        if uniform(state) * (max(to_a, 0.0) + max(to_b, 0.0)) >= to_a:
-            ax, ay, to_a, to_b = -ax, -ay, to_b, to_a
-        # Light past the edge of b reaches a from t = −i·b/(i·a) upwards.
-        t = 1 - uniform(state) * (1 - max(-to_b / to_a, 0.0))
-        order = body = 0
-        while True:
-            if order == most:
-                body = OVER
-                break
-            dx, dy, dz, body = scatter(dx, dy, dz, ax, ay, az, body, facet, state)
-            order += 1
-            leaving = t * max(dx * ax + dy * ay + dz * az, 0.0)
-            towards = dx * ax + dy * ay - dz * az
-            if body < 0 or (dz > 0 and leaving >= towards):
-                break
-            t = min(leaving / towards, 1.0)
-            ax, ay = -ax, -ay
-        exits[k, 0], exits[k, 1], exits[k, 2] = dx, dy, dz
-        events[k, 0], events[k, 1] = order, body

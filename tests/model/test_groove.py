@@ -115,7 +115,6 @@ def test_chains_are_the_rays_that_make_them(gamma, sigma, n):
     azimuth of H to ε/|H|, and angles across the groove, s long there, to ε/(|H| s).
     """
     law, facet = kernel_arguments(scene(gamma, sigma, Material(n, (0.0,))))
-    seen = 0
     with mp.workdps(50):
         for pair in PAIRS + GRAZING:
             i, o = (direction(*w) for w in pair)
@@ -126,8 +125,6 @@ def test_chains_are_the_rays_that_make_them(gamma, sigma, n):
                 rounding = np.finfo(float).eps * (128 + 8 * k + 8 / (h * slant))
                 found = chain(k, *i, *o, law, facet)
                 assert found == pytest.approx(exact, rel=rounding, abs=0), (pair, k)
-                seen += k > 1 and exact > 0
-    assert seen > 30
 
 
 def test_each_number_of_mirrors_is_reciprocal():
@@ -246,8 +243,7 @@ def white(asked, walks, seed, last=10**9):
     o = np.array([direction(np.degrees(np.arccos(c)), t) for c, t in zip(z, turn, strict=True)])
     i = direction(asked.light.theta[0], 0)
     f, _ = evaluate_walk(asked, i, o, "vcavity-walk", 2, rng, (1, last))
-    values = f.body * np.pi
-    return values.mean(), values.std() / np.sqrt(walks)
+    return np.pi * f.body.mean(), np.pi * f.body.std() / np.sqrt(walks)
 
 
 @pytest.mark.parametrize("roughness", [(1.7, (1.0,)), (8.0, (0.7, 0.2))])
@@ -273,9 +269,8 @@ def test_long_chains_are_drawn_without_bias():
     drawn = np.zeros(20_000)
     more_mirrors(drawn, 40, 199, *i, *o, law, facet, state)
     error = np.std(drawn) / np.sqrt(len(drawn))
-    assert summed > 0
     assert abs(np.mean(drawn) - summed) < SIGMAS * error
-    assert abs(np.mean(drawn) - 1.5 * summed) > SIGMAS * error
+    assert abs(np.mean(drawn) - 1.5 * summed) > SIGMAS * error  # the negative control
 
 
 def test_the_caustic_of_the_mirror_direction_is_finite():
@@ -285,11 +280,9 @@ def test_the_caustic_of_the_mirror_direction_is_finite():
     i = direction(40, 0)
     near, nearer = (chain(2, *i, *direction(40, 180 + d), law, facet) for d in (1e-4, 1e-5))
     assert nearer == pytest.approx(10 * near, rel=1e-3)
-    f, _ = evaluate_walk(asked, i, direction(40, 180), "vcavity-walk", 2, np.random.default_rng(0))
-    assert np.isfinite(f.specular)
-    top = direction(0, 0)
-    f, _ = evaluate_walk(asked, top, top, "vcavity-walk", 2, np.random.default_rng(0))
-    assert np.isfinite(f.specular)
+    i, o = np.array([i, direction(0, 0)]), np.array([direction(40, 180), direction(0, 0)])
+    f, _ = evaluate_walk(asked, i, o, "vcavity-walk", 2, np.random.default_rng(0))
+    assert np.isfinite(f.specular).all()
 
 
 @pytest.mark.parametrize("material", [Material(1 + 1e-9, (0.0,)), Material(100.0, (0.5,)), GOLD])
