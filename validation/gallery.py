@@ -114,7 +114,7 @@ def lobes_over_n_and_sigma() -> None:
                 line(axes, predict(asked, "vcavity"), asked, (style[0], ":", ""),
                      f"{name}, V-cavity")  # fmt: skip
                 points(axes, measure(asked), asked, style, f"{name}, traced")
-            axes.set_title(f"n = {n:g}, σ = {sigma:g}", fontsize=9)
+            axes.set_title(f"n = {n:g}, σ = {sigma:g}, incidence 60°", fontsize=9)
     finish(figure, panels, "lobes-n-sigma")
 
 
@@ -127,7 +127,7 @@ def effect_of_gamma() -> None:
             asked = scene(gamma, sigma, 1.5)
             line(axes, predict(asked), asked, style, f"γ = {gamma:g}, Smith")
             points(axes, measure(asked), asked, style, f"γ = {gamma:g}, traced")
-        axes.set_title(f"n = 1.5, σ = {sigma:g}", fontsize=9)
+        axes.set_title(f"n = 1.5, σ = {sigma:g}, incidence 60°", fontsize=9)
     finish(figure, panels, "effect-of-gamma")
 
 
@@ -160,7 +160,7 @@ def multiple_scattering() -> None:
             walked = model.walk(asked, kind, walks=WALKS)
             line(axes, walked, asked, style, f"{kind}, all orders", None)
         points(axes, traced, asked, LINES[1], "traced, all orders", None)
-        axes.set_title(f"n = {n:g}, γ = {gamma:g}, σ = {sigma:g}", fontsize=9)
+        axes.set_title(f"n = {n:g}, γ = {gamma:g}, σ = {sigma:g}, incidence 60°", fontsize=9)
     finish(figure, panels, "multiple-scattering", low=5e-2)
 
 
