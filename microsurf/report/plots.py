@@ -209,7 +209,7 @@ def albedos(
     measured: xr.Dataset, predicted: Mapping[str, xr.Dataset], scene: Scene, kd: float
 ) -> Figure:
     """Albedo by order against incidence: how much a single bounce leaves out, and a walk knows."""
-    figure = _figure(6, 3.6)
+    figure = _figure(6, 4)
     axes = figure.subplots()
     n = scene.material.n
     by_order = summary.by_order(measured, n, kd).sum("kind").isel(phi_i=0)
@@ -244,7 +244,7 @@ def albedos(
                 label=f"{label}, order {order}{'+' if order == result.ORDERS[-1] else ''}",
             )  # fmt: skip
     axes.set(xlabel=r"incidence $\theta_i$ (°)", ylabel="albedo", yscale="log")
-    figure.legend(loc="outside lower center", fontsize=7, ncols=4, frameon=False)
+    figure.legend(loc="outside lower center", fontsize=7, ncols=3, frameon=False)
     _grid(axes)
     return figure
 
