@@ -27,16 +27,8 @@ light; what a cone of directions receives is finite.
 import numpy as np
 
 from .. import result
-from .walk_kernels import (
-    OVER,
-    compiled,
-    diffused,
-    mirrored,
-    radial_slope,
-    reflected,
-    scatter,
-    uniform,
-)
+from .facet_kernels import OVER, compiled, diffused, reflected, scatter, uniform
+from .walk_kernels import mirrored, radial_slope
 
 SUMMED = 32
 """Mirrors of a chain up to which its terms are summed, and beyond which they are drawn."""

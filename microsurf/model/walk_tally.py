@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import result
-from .walk_kernels import ABSORBED
+from .facet_kernels import ABSORBED
 
 Array = NDArray[np.float64]
 

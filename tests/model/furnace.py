@@ -9,16 +9,8 @@ directions alone its variance is infinite for γ ≤ 1.75, where D² is not inte
 import numpy as np
 from numba import njit
 
-from microsurf.model.walk_kernels import (
-    above,
-    diffused,
-    mirrored,
-    scatter,
-    smith_step,
-    transmittance,
-    uniform,
-    visible_normal,
-)
+from microsurf.model.facet_kernels import diffused, scatter, transmittance, uniform
+from microsurf.model.walk_kernels import above, mirrored, smith_step, visible_normal
 
 
 @njit

@@ -9,6 +9,7 @@ from scipy import stats
 
 from microsurf import model, result, summary
 from microsurf.errors import InputError
+from microsurf.model import facet_kernels
 from microsurf.model import walk_kernels as kernels
 from microsurf.model.walk import KINDS, MOST_EVENTS, walk
 from microsurf.model.walk_evaluate import evaluate_walk
@@ -43,7 +44,7 @@ def random_state(seed=0):
 def test_random_numbers_are_those_of_numpys_sfc64():
     generator = np.random.Generator(np.random.SFC64(5))
     state = generator.bit_generator.state["state"]["state"].copy()
-    drawn = [kernels.uniform(state) for _ in range(1000)]
+    drawn = [facet_kernels.uniform(state) for _ in range(1000)]
     np.testing.assert_array_equal(drawn, generator.random(1000))
 
 
@@ -51,16 +52,16 @@ def test_the_kernels_transmittance_is_the_law_of_physics():
     mu = np.geomspace(1e-9, 1, 200)
     for n in (1 + 1e-9, 1.5, 4.0, 100.0):
         of = GOLD_FACET._replace(n=n, k=0.0)
-        kernel = [kernels.reflected(m, of) for m in mu]
+        kernel = [facet_kernels.reflected(m, of) for m in mu]
         # Brewster's zero of r_p is where rounding shows most, but there r_s is larger.
         np.testing.assert_allclose(kernel, fresnel.reflectance(mu, n), rtol=1e-13)
-        kernel = [kernels.transmittance(m, n) for m in mu]
+        kernel = [facet_kernels.transmittance(m, n) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
     for n, k in ((0.21, 3.272), (1.02, 2.577), (1.366, 7.4052), (0.5, 1e-3), (100.0, 100.0)):
         of = GOLD_FACET._replace(n=n, k=k)
-        kernel = [kernels.reflected(m, of) for m in mu]
+        kernel = [facet_kernels.reflected(m, of) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.reflectance(mu, n, k), rtol=1e-12)
-        kernel = [kernels.absorptance(m, n, k) for m in mu]
+        kernel = [facet_kernels.absorptance(m, n, k) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n, k), rtol=1e-13)
 
 
