@@ -39,7 +39,8 @@ _CHUNK = 250  # arcs evaluated at a time: the temporaries stay in the cache
 
 # Numbers of nodes, found by doubling them: a relative error of 1e−6 in I over γ from
 # 1.505 to ∞, σ from 1e−3 to 5 and θ to 89.9°; 4e−6 where n is 1.001 and σ is 5, or
-# where one σ is 100 times the other.
+# where one σ is 100 times the other. At n = 100, where T falls to 0 within 1/n of grazing,
+# and beyond 89.9° against doubled nodes: up to 1.5e−4, median 1e−9.
 _DRAWN = 2.0  # least c of the map of an arc, see `_arcs`
 _NODES_OF_ARC = 26.0  # at that c …
 _NODES_PER_C = 12.0  # … and more for each unit above it
