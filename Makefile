@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery clean
+.PHONY: validate test test-long lint gallery bench clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -18,6 +18,11 @@ test-long: $(READY)
 gallery: $(READY)
 	$(BIN)/python validation/gallery.py
 	$(BIN)/python validation/approximate_error.py
+
+# Wants a quiet machine and LLVM 19, see validation/peers/mitsuba.py.
+bench: $(READY)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
+	$(BIN)/python validation/bench.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -1,0 +1,258 @@
+"""Compare microsurf with Mitsuba 3 on the same meshes, turn by turn, and see how it grows.
+
+    make bench                         # a quarter of an hour; writes reports/bench
+    python validation/bench.py --quick --out DIR   # a minute, small meshes, rough figures
+
+Wants a quiet machine, and what peers/mitsuba.py wants.
+"""
+
+import argparse
+import statistics
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import bench_efficiency as efficiency
+import bench_growth as growth
+import bench_report as report
+import numpy as np
+from bench_rows import Row, of_ratio
+from bench_sides import KD, Player
+from numpy.typing import NDArray
+from peers import mitsuba
+from tqdm import tqdm
+
+from microsurf import generate_surface, write_surface
+from microsurf.errors import MicrosurfError
+
+Array = NDArray[np.float64]
+
+THETAS = (0.0, 60.0, 80.0)
+VARIANTS = {"default": "without Embree's robust mode", "independent": "independent origins"}
+AGREEMENT_CELLS, AGREEMENT_BATCHES = 256, 32
+Z = 4.6
+"""Of t with 50 degrees of freedom, two-sided: a false alarm in 300 runs of 9 × 13 figures."""
+SPEED, SPEED_MEDIAN, INSIDE = 3.0, 4.0, 0.65
+EFFICIENCY, EFFICIENCY_BODY = 4.0, 10.0
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """One of the benchmark's surfaces."""
+
+    gamma: float
+    sigma: float
+    cells: int
+
+    @property
+    def name(self) -> str:
+        """How tables call it."""
+        return f"{self.cells}², γ = {self.gamma:g}, σ = {self.sigma:g}"
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much to do.
+
+    A ratio of variances from K and K' batches has a relative standard error near
+    √(2/(K−1) + 2/(K'−1)): 0.24 from 48 and 128. Ours builds the mesh anew for each.
+    """
+
+    meshes: tuple[Mesh, ...]
+    turns: int
+    turn_paths: int
+    batches_ours: int
+    batches_theirs: int
+    batch_paths: int
+    energy_batches: int
+    sizes: tuple[int, ...]
+    growth_paths: int
+
+
+FULL = Effort(
+    (Mesh(8.0, 0.7, 512), Mesh(2.0, 0.3, 1024), Mesh(40.0, 1.0, 1024)),
+    turns=5,
+    turn_paths=2**21,
+    batches_ours=48,
+    batches_theirs=128,
+    batch_paths=2**17,
+    energy_batches=4,
+    sizes=(128, 256, 512, 1024, 2048, 4096),
+    growth_paths=2**22,
+)
+QUICK = Effort(
+    tuple(Mesh(mesh.gamma, mesh.sigma, 128) for mesh in FULL.meshes),
+    turns=2,
+    turn_paths=2**20,
+    batches_ours=12,
+    batches_theirs=12,
+    batch_paths=2**16,
+    energy_batches=2,
+    sizes=(128, 256, 512),
+    growth_paths=2**20,
+)
+
+
+def agree(mesh: Mesh, effort: Effort) -> list[Row]:
+    """Whether the two engines see the same, before they are timed: z of every albedo.
+
+    On a mesh of 256² cells, with the light at φ = 0 for both.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "surface.npz"
+        write_surface(generate_surface(mesh.gamma, mesh.sigma, cells=AGREEMENT_CELLS, seed=1), path)
+        name = f"{AGREEMENT_CELLS}², γ = {mesh.gamma:g}, σ = {mesh.sigma:g}"
+        fluxes = []
+        for kind in ("ours-fixed", "theirs"):
+            with Player(kind, path, mesh.sigma) as player:
+                fluxes.append(_batches(player, AGREEMENT_BATCHES, effort, KD, f"{name}: {kind}"))
+    rows = []
+    for a, theta in enumerate(THETAS):
+        means = [efficiency.figures(flux[:, a]) for flux in fluxes]
+        z = efficiency.agreement(*means, effort.batch_paths)
+        worst = float(np.nanmax(np.abs(z)))
+        rows.append(
+            Row(name, theta, "agreement: z of the albedos, the largest", worst, Z, at_most=True)
+        )
+    return rows
+
+
+def compare(mesh: Mesh, effort: Effort) -> list[Row]:
+    """Rows of one mesh."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "surface.npz"
+        write_surface(generate_surface(mesh.gamma, mesh.sigma, cells=mesh.cells, seed=1), path)
+        with Player("ours", path, mesh.sigma) as ours, Player("theirs", path, mesh.sigma) as theirs:
+            mine = _batches(ours, effort.batches_ours, effort, KD, f"{mesh.name}: ours")
+            other = _batches(theirs, effort.batches_theirs, effort, KD, f"{mesh.name}: theirs")
+            rows = _memory(mesh, ours, theirs)
+            speeds: list[float] = []
+            for theta in THETAS:
+                found = _speed(mesh, theta, ours, theirs, effort)
+                speeds.append(found[0].ratio)
+                rows += found
+            rows += _energy(mesh, ours, theirs, effort)
+    for a, (theta, speed) in enumerate(zip(THETAS, speeds, strict=True)):
+        rows += _efficiencies(mesh, theta, mine[:, a], other[:, a], speed, effort.batch_paths)
+    return rows
+
+
+def _batches(player: Player, count: int, effort: Effort, kd: float, name: str) -> Array:
+    """Fluxes of independent batches, shape (batches, angles, order, kind, ring, sector)."""
+    steps = tqdm(range(count), desc=name, unit=" batches", disable=None)
+    return np.stack([player.ask("batch", THETAS, kd, effort.batch_paths, k)[0] for k in steps])
+
+
+def _memory(mesh: Mesh, ours: Player, theirs: Player) -> list[Row]:
+    peaks = [player.ask("peak") / 2**20 for player in (ours, theirs)]
+    own = [
+        peak - player.baseline / 2**20 for peak, player in zip(peaks, (ours, theirs), strict=True)
+    ]
+    return [
+        Row(mesh.name, None, name, a / b, ours=a, theirs=b, unit="MiB")
+        for name, (a, b) in (("peak memory", peaks), ("peak memory above imports", own))
+    ]
+
+
+def _speed(mesh: Mesh, theta: float, ours: Player, theirs: Player, effort: Effort) -> list[Row]:
+    """Rows of one case's turns; the first one's ratio is that of paths a second."""
+    mine, others = [], {variant: [] for variant in ("", *VARIANTS)}
+    name = f"{mesh.name}, θ = {theta:g}°"
+    for k in tqdm(range(effort.turns), desc=name, unit=" turns", disable=None):
+        mine.append(ours.ask("turn", theta, effort.turn_paths, k))
+        for variant, turns in others.items():
+            turns.append(theirs.ask("turn", theta, effort.turn_paths, k, variant))
+    speed = [turn.paths / turn.seconds for turn in mine]
+    rows = []
+    for variant, turns in others.items():
+        rival = [turn.paths / turn.seconds for turn in turns]
+        ratios = [a / b for a, b in zip(speed, rival, strict=True)]
+        rows.append(
+            Row(
+                mesh.name,
+                theta,
+                "paths a second" + (f", theirs with {VARIANTS[variant]}" if variant else ""),
+                statistics.median(ratios),
+                None if variant else SPEED,
+                ours=statistics.median(speed) / 1e6,
+                theirs=statistics.median(rival) / 1e6,
+                unit="10⁶/s",
+            )
+        )
+    inside = statistics.median(turn.embree_ratio for turn in mine)
+    rows.append(Row(mesh.name, theta, "tracing time inside Embree", inside, INSIDE, ours=inside))
+    lost = [sum(t.lost for t in side) / sum(t.paths for t in side) for side in (mine, others[""])]
+    rows.append(
+        Row(
+            mesh.name, theta, "lost paths", lost[0], 0.0,
+            at_most=True, ours=lost[0], theirs=lost[1],
+        )
+    )  # fmt: skip
+    return rows
+
+
+def _energy(mesh: Mesh, ours: Player, theirs: Player, effort: Effort) -> list[Row]:
+    """Albedo + lost − 1 at Kd = 1, where nothing is absorbed, with its standard error."""
+    rows = []
+    sides = []
+    for player in (ours, theirs):
+        runs = [
+            player.ask("batch", THETAS, 1.0, effort.batch_paths, k)
+            for k in range(effort.energy_batches)
+        ]
+        sides.append(np.array([flux.sum((1, 2, 3, 4)) + lost - 1 for flux, lost in runs]))
+    for a, theta in enumerate(THETAS):
+        mean = [float(side[:, a].mean()) for side in sides]
+        error = [float(side[:, a].std(ddof=1) / np.sqrt(len(side))) for side in sides]
+        for who, value, spread in zip(("ours", "theirs"), mean, error, strict=True):
+            rows.append(
+                Row(
+                    mesh.name, theta, f"energy error at Kd = 1, {who}", value,
+                    low=value - 2 * spread, high=value + 2 * spread,
+                )
+            )  # fmt: skip
+    return rows
+
+
+def _efficiencies(
+    mesh: Mesh, theta: float, ours: Array, theirs: Array, speed: float, paths: int
+) -> list[Row]:
+    """Efficiencies of one case from batches of shape (batches, order, kind, ring, sector)."""
+    rng = np.random.default_rng(0)
+    rows = []
+    mine, other = efficiency.figures(ours), efficiency.figures(theirs)
+    for q, name in enumerate(efficiency.FIGURES):
+        ratio = efficiency.figure_ratio(mine[:, q], other[:, q], speed, paths)
+        rows += of_ratio(mesh.name, theta, f"efficiency: {name}", ratio, EFFICIENCY)
+    pairs = zip(efficiency.LOBES, efficiency.lobes(ours), efficiency.lobes(theirs), strict=True)
+    for name, a, b in pairs:
+        ratio = efficiency.lobe_ratio(a, b, speed, paths, rng)
+        target = EFFICIENCY_BODY if "body" in name else EFFICIENCY
+        rows += of_ratio(mesh.name, theta, f"efficiency: {name}", ratio, target)
+    return rows
+
+
+def main() -> None:
+    """Run it and write the tables and plots."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="small meshes, rough figures")
+    parser.add_argument("--out", type=Path, default=report.FOLDER, help="folder to write into")
+    arguments = parser.parse_args()
+    effort = QUICK if arguments.quick else FULL
+    try:
+        mitsuba.load()
+    except MicrosurfError as error:
+        sys.exit(f"bench: {error}")
+    rows = [row for mesh in effort.meshes for row in agree(mesh, effort)]
+    rows += [row for mesh in effort.meshes for row in compare(mesh, effort)]
+    speeds = [row.ratio for row in rows if row.quantity == "paths a second"]
+    rows.append(Row("all", None, "median paths a second", statistics.median(speeds), SPEED_MEDIAN))
+    sizes = growth.with_cells(effort.sizes, effort.growth_paths)
+    threads = growth.with_threads(effort.meshes[0].cells, effort.turn_paths // 2, effort.turns)
+    rows += growth.rows(sizes, threads)
+    report.write(arguments.out, rows, sizes, threads)
+
+
+if __name__ == "__main__":
+    main()
