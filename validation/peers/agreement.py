@@ -43,8 +43,9 @@ class Facets:
     ----------
     unit : ndarray, shape (rays,)
         εR in cells.
-    passing : ndarray, shape (rays, 3)
-        Passing distance of the three edges in cells, positive inside.
+    inside, outside : ndarray, shape (rays,)
+        Passing distance in cells from the nearest edge, if the ray passes inside, and from
+        the farthest of those it passes outside; < 0 and 0 if not.
     cosine, height, t : ndarray, shape (rays,)
         |cosθ|; distance of the origin from the facet's plane; where the ray meets it, in cells.
     weight_unit : ndarray, shape (rays,)
@@ -65,7 +66,10 @@ class Facets:
         plane = np.einsum("ri,ri->r", corner[:, 0], normal)
         volume = np.einsum("ri,rki->rk", direction, np.cross(first, second))
         self.unit = EPSILON * np.linalg.norm(corner, axis=2).max(axis=1)
-        self.passing = volume / side * np.where(facing < 0, -1.0, 1.0)[:, None]
+        passing = volume / side
+        # Seen edge-on a facet has no front: either sense of the signs will do.
+        self.inside = np.maximum(passing.min(axis=1), -passing.max(axis=1))
+        self.outside = np.maximum(-self.inside, 0)
         self.cosine = np.abs(facing) / double_area
         self.height = np.abs(plane) / double_area
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -90,22 +94,23 @@ def facet_discrepancy(
     units, cells : ndarray, shape (rays,)
         The least error that explains the ray, in units of εR and as a length in the facet
         in cells. It must take float32 into the facet it saw, and past the true facet if
-        that comes first. ∞ where float64 itself passed by a facet in front.
+        that comes first. ∞ where float64 itself is wrong: it passed by a facet in front, or
+        the ray passes by what it named.
 
     """
     a, b = Facets(grid, true, rays), Facets(grid, seen, rays)
     hit_a, hit_b = true >= 0, seen >= 0
-    # A facet seen edge-on has no front: either sense of the signs will do.
-    outside = np.minimum(np.maximum(-b.passing.min(axis=1), 0), np.maximum(b.passing.max(axis=1), 0))
-    claim = np.maximum(outside, np.where(b.t < 0, b.height, 0)) * hit_b
-    excuse = np.minimum(np.abs(a.passing).min(axis=1), a.height)
+    claim = np.maximum(b.outside, np.where(b.t < 0, b.height, 0)) * hit_b
+    excuse = np.minimum(np.abs(a.inside), a.height)
     excuse = np.where(hit_b & (b.t <= a.t), 0, excuse) * hit_a
     units = np.maximum(claim / b.unit, excuse / a.unit)
     with np.errstate(divide="ignore", invalid="ignore"):
         cells = np.where(claim / b.unit > excuse / a.unit, claim / b.cosine, excuse / a.cosine)
-    tie = _TIE * b.unit / EPSILON
-    missed = hit_b & (outside == 0) & (b.t > tie) & (~hit_a | (b.t < a.t - tie))
-    return np.where(missed & (b.passing.min(axis=1) > tie), np.inf, units), cells
+    cells[units == 0] = 0
+    tie = _TIE * np.maximum(a.unit, b.unit) / EPSILON
+    in_front = hit_b & (b.inside > tie) & (b.t > tie) & (~hit_a | (b.t < a.t - tie))
+    units[in_front | (hit_a & (a.outside > tie))] = np.inf
+    return units, cells
 
 
 def weight_discrepancy(
