@@ -22,6 +22,8 @@ CORRELATIONS = (0.5, 1e6)
 """Correlation lengths in cells: below, cells are white noise; above, a period is one parabola."""
 BECKMANN = 1e9
 """γ that stands for Beckmann's ∞: the same to nine digits."""
+DEFAULT_PATHS = 1_000_000
+LEAST_ERROR = 1e-6
 SPACINGS = (1e-30, 1e30)
 """Spacings in the unit of length: squares of heights and float32 meshes must hold them."""
 
@@ -221,12 +223,33 @@ class Light:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How much work: paths for each angle and each realisation."""
+    """How much work: paths for each angle and realisation, or the error to reach.
 
-    paths: int = 1_000_000
+    ``standard_error`` is that of albedos, ``lobe_error`` that of lobes relative to
+    themselves (see `precision`), by default the same number.
+    """
+
+    paths: int = DEFAULT_PATHS
+    standard_error: float | None = None
+    lobe_error: float | None = None
 
     def __post_init__(self) -> None:
         _whole("accuracy.paths", self.paths, 1, 10**12)
+        for name in ("standard_error", "lobe_error"):
+            asked = getattr(self, name)
+            if asked is not None:
+                number = _number(f"accuracy.{name}", asked)
+                _require(LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1")
+                object.__setattr__(self, name, number)
+        if self.lobe_error is not None and self.standard_error is None:
+            raise InputError(
+                f"accuracy.lobe_error = {self.lobe_error}: goes with a standard_error; give both"
+            )
+        if self.standard_error is not None and self.paths != DEFAULT_PATHS:
+            raise InputError(
+                f"accuracy.paths = {self.paths} and standard_error = {self.standard_error}: "
+                "give one of both; paths are then as many as the error takes"
+            )
 
 
 @dataclass(frozen=True)
@@ -302,6 +325,7 @@ class Scene:
             roughness=measured or self.roughness.sigma_x > 0,
             anisotropy=measured or not self.roughness.isotropic,
             multiple_scattering=self.effects.multiple_scattering,
+            azimuth=measured or not self.roughness.isotropic or len(self.light.phi) > 1,
         )
 
 
@@ -311,7 +335,8 @@ class Requirements:
 
     interface: n > 1 or k > 0, else no Fresnel; substrate: some Kd > 0, else no body events;
     roughness: σ > 0, else no mesh; anisotropy: σ_x ≠ σ_y; multiple_scattering:
-    light that meets a second facet is followed.
+    light that meets a second facet is followed; azimuth: from where light comes matters,
+    else it comes from all sides in turn, and lobes are folded about the plane of incidence.
     """
 
     interface: bool
@@ -319,3 +344,4 @@ class Requirements:
     roughness: bool
     anisotropy: bool
     multiple_scattering: bool
+    azimuth: bool

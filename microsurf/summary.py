@@ -31,15 +31,35 @@ def quantity(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArra
 def ray_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
     """Standard error of `quantity` in each realisation from its number of rays alone.
 
-    Paths are independent draws of a weight w^b, so their counts hold the variance
-    (an upper bound: the beam is stratified).
+    From the spread of batches that know nothing of each other, where the result has
+    them. Else paths are independent draws of a weight w^b, and their counts hold the
+    variance.
     """
+    if "batch_flux" in dataset:
+        return _batch_error(dataset, name, n, kd)
     squared = _second_moment(dataset, name, n, kd)
     mean = quantity(dataset, name, n, kd)
     variance = (squared - mean**2).clip(min=0)
     if "paths" not in dataset:
         return variance * 0
     return xr.DataArray(np.sqrt(variance / dataset.paths))
+
+
+def _batch_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
+    """Ratio of sums over batches of light that arrived and light that was sent."""
+    light = dataset.batch_light
+    arrived = result.by_kind(dataset.batch_flux, n, kd)
+    arrived = (
+        arrived.sum(("order", "kind"))
+        if name == "total"
+        else arrived.sel(order=1, kind=name, drop=True)
+    )
+    sent = light.sum("batch")
+    rest = arrived - light * (arrived.sum("batch") / sent)
+    batches = (light > 0).sum("batch")
+    # One batch knows nothing of its error: the most that light between 0 and 1 can have.
+    known = (rest**2).sum("batch") * batches / (batches - 1).clip(min=1)
+    return xr.DataArray(np.sqrt(known) / sent).where(batches > 1, 0.5)
 
 
 def _second_moment(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
@@ -107,7 +127,8 @@ def figures(dataset: xr.Dataset, n: float, kds: tuple[float, ...]) -> dict[str, 
 
 def losses(dataset: xr.Dataset) -> dict[str, Any]:
     """Fraction of paths lost at each angle, and paths lost by cause."""
-    total = dataset.ended.sum(("realisation", "theta_i", "phi_i"))
+    ended = dataset.ended_paths if "ended_paths" in dataset else dataset.ended
+    total = ended.sum(("realisation", "theta_i", "phi_i"))
     return {
         "lost": _listed(lost_paths(dataset).values.ravel().tolist()),
         "lost_by_cause": {

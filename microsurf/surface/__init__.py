@@ -4,7 +4,7 @@ from .files import ENDINGS, read_surface, write_surface
 from .fit import StdFit, fit_std
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
 from .level import level
-from .of_scene import realisation_seed, surfaces_of
+from .of_scene import realisation_seed, surface_of, surfaces_of
 from .statistics import surface_statistics
 from .synthesis import from_recipe, generate_surface
 
@@ -22,6 +22,7 @@ __all__ = [
     "mesh",
     "read_surface",
     "realisation_seed",
+    "surface_of",
     "surface_statistics",
     "surfaces_of",
     "write_surface",

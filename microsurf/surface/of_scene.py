@@ -31,24 +31,29 @@ def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:
         If the file can't be used, or a surface would not fit into memory.
 
     """
+    count = scene.surface.realisations if scene.surface.file is None else 1
+    for realisation in range(count):
+        yield surface_of(scene, seed, realisation)
+
+
+def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
+    """One realisation alone; a file has only one. Raises as `surfaces_of`."""
     asked = scene.surface
     if asked.file is not None:
         found = read_surface(Path(asked.file), spacing=asked.spacing, boundary=asked.boundary)
-        yield level(found, asked.level)
-        return
+        return level(found, asked.level)
     if asked.boundary == "mirror" or asked.level != "none":
         raise InputError(
             "surface.boundary and surface.level are for a surface.file; "
             "a generated surface is periodic and level"
         )
     memory.require(asked.cells**2, memory.TRACE_BYTES_PER_CELL, f"surface.cells = {asked.cells}")
-    for realisation in range(asked.realisations):
-        yield generate_surface(
-            scene.roughness.gamma,
-            scene.roughness.sigma_x,
-            scene.roughness.sigma_y,
-            cells=asked.cells,
-            correlation=asked.correlation,
-            spacing=asked.spacing or 1.0,
-            seed=realisation_seed(seed, realisation),
-        )
+    return generate_surface(
+        scene.roughness.gamma,
+        scene.roughness.sigma_x,
+        scene.roughness.sigma_y,
+        cells=asked.cells,
+        correlation=asked.correlation,
+        spacing=asked.spacing or 1.0,
+        seed=realisation_seed(seed, realisation),
+    )

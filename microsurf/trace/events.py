@@ -4,21 +4,30 @@ The hit is recomputed in float64 from its triangle and (u, v); the next ray star
 off the facet by a distance that scales with float32's rounding of the coordinates,
 and far enough inside the triangle that this step stays above it: a heightfield has
 nothing above its own triangle, so the new origin is above the surface.
+
+A light ray is *split* at its first facet: one path is mirrored with weight F, `BODY_PATHS`
+come out of the substrate with weight T/BODY_PATHS each (Arvo & Kirk 1990, "Particle transport
+and image synthesis"). The weights add up to the light ray's, so the books close ray by ray.
+At later facets a path draws one of both.
 """
 
 import numpy as np
 from numba import njit
 
 from .. import result
-from .grid import LEVEL_STEP, MARGIN
+from .empty_space import MOST_WRAPS, OFFSET, advance, put
+from .grid import MARGIN
+from .wave import ABSORBED, BEHIND, BELOW, LEFT_OUT, WRAPPED
 
-MOST_WRAPS = 100_000
-OFFSET = 4 * 2.0**-23  # of the coordinates' reach, along the facet normal
+BODY_PATHS = 4
+"""Paths out of the substrate at a light ray's first facet."""
+
 _BACK = 1e-6  # float32 directions may meet a grazed triangle from behind by this cosine
 _EDGE = 1e-4  # a ray that grazes a ridge may be said to hit its far side, this near the edge
+_GOLDEN = (np.sqrt(5) - 1) / 2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def transmittance(mu, n, k):
     """T(μ) as in `physics.fresnel.transmittance`, one number at a time; k > 0 is a conductor."""
     if k > 0:
@@ -30,250 +39,219 @@ def transmittance(mu, n, k):
     return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
 
 
-@njit(cache=True, nogil=True)
-def _advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, top, reach):
-    """Carry a ray through blocks that it passes above, round the period as often as need be.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _corners(cell_x, cell_y, side, heights, flipped):
+    """Corners of a triangle in the order of `grid.triangles`, and its slopes p, q."""
+    h00, h10 = float(heights[cell_y, cell_x]), float(heights[cell_y, cell_x + 1])
+    h01, h11 = float(heights[cell_y + 1, cell_x]), float(heights[cell_y + 1, cell_x + 1])
+    if flipped[cell_y, cell_x]:
+        if side == 0:
+            return 0, 0, h00, 1, 0, h10, 0, 1, h01, h10 - h00, h01 - h00
+        return 1, 0, h10, 1, 1, h11, 0, 1, h01, h11 - h01, h11 - h10
+    if side == 0:
+        return 0, 0, h00, 1, 0, h10, 1, 1, h11, h10 - h00, h11 - h10
+    return 0, 0, h00, 1, 1, h11, 0, 1, h01, h11 - h01, h01 - h00
 
-    Returns 1 if it leaves for good, 2 after MOST_WRAPS rounds, else 0; the new
-    origin; and how often it went round.
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _body_direction(mx, my, mz, s, turn, n, bound, interface, rng):
+    """Direction of light that leaves the substrate: ∝ T(μ_o) μ_o about the normal.
+
+    A uniform point of the sphere that touches the facet, here by s and turn in [0, 1),
+    is a cosine lobe; kept ∝ T(μ_o) it leaves every body event the same weight.
     """
-    clear = 2.0**-20 * reach  # float32 must not see the ray lower than the block's top
-    nudge = 2.0**-40 * reach  # past the border, into the next block
-    nudge_x, nudge_y = np.copysign(nudge, dx), np.copysign(nudge, dy)
-    per_x = 1 / dx if dx != 0 else np.inf
-    per_y = 1 / dy if dy != 0 else np.inf
-    x, y = px - left, py - front
-    wraps = 0
-    coarsest = len(levels) - 1
-    level = coarsest
-    parent_x = parent_y = 0
-    while wraps < MOST_WRAPS:
-        if dz > 0 and pz >= top:
-            return 1, x + left, y + front, pz, wraps
-        if x < 0 or x >= columns:
-            x -= np.floor(x / columns) * columns
-            wraps += 1
-        if y < 0 or y >= rows:
-            y -= np.floor(y / rows) * rows
-            wraps += 1
-        power, start, across = levels[level, 0], levels[level, 1], levels[level, 2]
-        # Rounding can leave the coordinate on the far edge, which belongs to no block.
-        bx = min(int(x) >> power, across - 1)
-        by = min(int(y) >> power, levels[level, 3] - 1)
-        if level < coarsest and (bx >> LEVEL_STEP != parent_x or by >> LEVEL_STEP != parent_y):
-            # Out of the larger block that was not clear as a whole: try its neighbour so.
-            level += 1
-            parent_x >>= LEVEL_STEP
-            parent_y >>= LEVEL_STEP
-            continue
-        tx = ty = np.inf
-        if dx > 0:
-            tx = (min((bx + 1) << power, columns) - x) * per_x
-        elif dx < 0:
-            tx = ((bx << power) - x) * per_x
-        if dy > 0:
-            ty = (min((by + 1) << power, rows) - y) * per_y
-        elif dy < 0:
-            ty = ((by << power) - y) * per_y
-        t = max(min(tx, ty), 0.0)
-        lowest = pz + t * dz if dz < 0 else pz
-        if lowest > tops[start + by * across + bx] + clear:
-            if t == np.inf:
-                return 1, x + left, y + front, pz, wraps
-            x, y, pz = x + t * dx, y + t * dy, pz + t * dz
-            if tx <= ty:
-                x += nudge_x
-            else:
-                y += nudge_y
-        elif level > 0:
-            level -= 1
-            parent_x, parent_y = bx, by
+    while True:
+        s = 2 * s - 1
+        azimuth = 2 * np.pi * turn
+        ring = np.sqrt(1 - s * s)
+        dx, dy, dz = mx + ring * np.cos(azimuth), my + ring * np.sin(azimuth), mz + s
+        norm = np.sqrt(dx * dx + dy * dy + dz * dz)
+        if norm > 1e-9:
+            dx, dy, dz = dx / norm, dy / norm, dz / norm
+            if not interface:
+                return dx, dy, dz
+            mu = dx * mx + dy * my + dz * mz
+            if mu > 0 and rng.random() * bound < transmittance(mu, n, 0.0):
+                return dx, dy, dz
+        s, turn = rng.random(), rng.random()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mirrored(dx, dy, dz, mx, my, mz, mu):
+    dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
+    norm = np.sqrt(dx * dx + dy * dy + dz * dz)
+    return dx / norm, dy / norm, dz / norm
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
+    """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
+    row = min(order, 4) - 1
+    if body > result.BODY_EXACT:
+        body = np.searchsorted(body_edges, body, "right") - 1
+    ring, last = 0, len(ring_cosines) - 1
+    while ring < last:
+        middle = (ring + last) // 2
+        if dz <= ring_cosines[middle]:
+            ring = middle + 1
         else:
-            return 0, x + left, y + front, pz, wraps
-    return 2, x + left, y + front, pz, wraps
+            last = middle
+    turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * result.SECTORS
+    sector = int(np.floor(turn + 0.5)) % result.SECTORS
+    detector.energy[body, row, ring, sector] += weight
+    detector.batches[batch, row, body] += weight
+    if order == 1:
+        detector.squares[body, ring, sector] += weight * weight
 
 
-@njit(cache=True, nogil=True)
-def launch(
-    first, last, starts, incident, origins, rays, directions, state,
-    tops, levels, x0, y0, columns, rows, top, reach,
-):  # fmt: skip
-    """Start paths at ``starts`` on the plane above everything; bring them near the surface."""
-    dx, dy, dz = incident
-    for r in range(first, last):
-        _, px, py, pz, wraps = _advance(
-            starts[r - first, 0], starts[r - first, 1], top, dx, dy, dz, tops, levels,
-            x0 + MARGIN, y0 + MARGIN, columns, rows, top, reach,
-        )  # fmt: skip
-        origins[r, 0], origins[r, 1], origins[r, 2] = px, py, pz
-        rays[r, 0], rays[r, 1], rays[r, 2] = dx, dy, dz
-        directions[r, 0], directions[r, 1], directions[r, 2] = dx, dy, dz
-        state[r, 0], state[r, 1], state[r, 2] = 0, 0, wraps
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def take_events(
-    active, origins, rays, directions, state, ended,
-    triangle, u, v,
-    heights, flipped, x0, y0, columns, rows, bottom, top, reach,
-    n, k, bound, interface, substrate, multiple_scattering, survival, body_edges,
-    tops, levels, ring_cosines, phi_i, uniform, rng,
+    active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
+    facet, bound, azimuths, ring_cosines, body_edges, detector, rng,
 ):  # fmt: skip
-    """Take one facet event for each active ray in place; survivors move to the front.
+    """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
 
     A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
-    ``uniform`` holds four random numbers for each ray; what rejection needs beyond
-    comes from ``rng``. Returns the numbers of survivors, of paths whose code now
-    stands in ``ended``, and of grazes.
+    Returns the number of rays that go on, of those among them that have met no facet
+    yet, and of grazes.
     """
-    width = flipped.shape[1]
-    xs = x0, x0 + width
-    ys = y0, y0 + flipped.shape[0]
-    alive = 0
-    over = 0
-    grazes = 0
+    width = grid.flipped.shape[1]
+    x1, y1 = x0 + width, y0 + grid.flipped.shape[0]
+    body_paths = BODY_PATHS if facet.substrate else 0
+    branches = body_paths + (1 if facet.interface or not facet.substrate else 0)
+    alive = unmet = grazes = 0
     for r in range(active):
-        dx, dy, dz = directions[r, 0], directions[r, 1], directions[r, 2]
-        order, body, wraps = state[r, 0], state[r, 1], state[r, 2]
-        end = 0  # 0 goes on, 1 escapes, < 0 see paths._ENDS
+        dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
+        order, body = wave.state[r, 0], wave.state[r, 1]
+        wraps, batch = wave.state[r, 2], wave.state[r, 3]
+        weight = wave.weight[r]
+        end = -1
         if triangle[r] < 0:
             # Out of the tile's side: above everything, below everything, or round the period.
-            ox, oy, oz = float(origins[r, 0]), float(origins[r, 1]), float(origins[r, 2])
+            px, py = float(wave.origins[r, 0]), float(wave.origins[r, 1])
+            pz = float(wave.origins[r, 2])
             tx = ty = np.inf
             if dx != 0:
-                tx = (xs[1] - ox) / dx if dx > 0 else (xs[0] - ox) / dx
+                tx = (x1 - px) / dx if dx > 0 else (x0 - px) / dx
             if dy != 0:
-                ty = (ys[1] - oy) / dy if dy > 0 else (ys[0] - oy) / dy
+                ty = (y1 - py) / dy if dy > 0 else (y0 - py) / dy
             t = min(tx, ty)
-            z = oz + t * dz if t < np.inf else np.copysign(np.inf, dz)
+            z = pz + t * dz if t < np.inf else np.copysign(np.inf, dz)
+            ahead = 0
             if dz > 0 and z >= top:
-                end = 1
-            elif dz <= 0 and z < bottom:
-                end = -3
+                ahead = 1
+            elif dz <= 0 and z < grid.bottom:
+                end = BELOW
             elif wraps >= MOST_WRAPS:
-                end = -5
+                end = WRAPPED
             else:
                 # A little back, so that rounding leaves no gap between the two parts.
                 t = max(0.0, t - (2.0**-19 * reach + 2.0**-20 * t))
-                px, py, pz = ox + t * dx, oy + t * dy, oz + t * dz
+                px, py, pz = px + t * dx, py + t * dy, pz + t * dz
                 if tx <= ty:
-                    px -= np.copysign(float(columns), dx)
+                    px -= np.copysign(float(grid.columns), dx)
                 else:
-                    py -= np.copysign(float(rows), dy)
-                wraps += 1
-                ahead, px, py, pz, more = _advance(
-                    px, py, pz, dx, dy, dz, tops, levels,
-                    x0 + MARGIN, y0 + MARGIN, columns, rows, top, reach,
+                    py -= np.copysign(float(grid.rows), dy)
+                ahead, px, py, pz, more = advance(
+                    px, py, pz, dx, dy, dz, grid.tops, grid.levels,
+                    x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
                 )  # fmt: skip
-                wraps += more
-                if ahead == 1:
-                    end = 1
-                elif wraps >= MOST_WRAPS:
-                    end = -5
-        else:
-            cell, side = triangle[r] // 2, triangle[r] % 2
-            cy, cx = cell // width, cell % width
-            h00, h10 = float(heights[cy, cx]), float(heights[cy, cx + 1])
-            h01, h11 = float(heights[cy + 1, cx]), float(heights[cy + 1, cx + 1])
-            # Corners of the triangle in the order of grid.triangles, and its slopes.
-            if flipped[cy, cx]:
-                if side == 0:
-                    ax, ay, az, bx, by, bz, ex, ey, ez = 0, 0, h00, 1, 0, h10, 0, 1, h01
-                    p, q = h10 - h00, h01 - h00
-                else:
-                    ax, ay, az, bx, by, bz, ex, ey, ez = 1, 0, h10, 1, 1, h11, 0, 1, h01
-                    p, q = h11 - h01, h11 - h10
-            elif side == 0:
-                ax, ay, az, bx, by, bz, ex, ey, ez = 0, 0, h00, 1, 0, h10, 1, 1, h11
-                p, q = h10 - h00, h11 - h10
+                wraps += 1 + more
+                if ahead != 1 and wraps >= MOST_WRAPS:
+                    end = WRAPPED
+            if ahead == 1:
+                _arrive(
+                    detector, dx, dy, dz, weight, order, body, batch,
+                    azimuths[batch], ring_cosines, body_edges,
+                )  # fmt: skip
+            elif end >= 0:
+                detector.ended[end] += weight
+                detector.lost[end] += 1 if order > 0 else branches
             else:
-                ax, ay, az, bx, by, bz, ex, ey, ez = 0, 0, h00, 1, 1, h11, 0, 1, h01
-                p, q = h11 - h01, h01 - h00
-            length = np.sqrt(1 + p * p + q * q)
-            mx, my, mz = -p / length, -q / length, 1 / length
-            mu = -(dx * mx + dy * my + dz * mz)
-            wb, we = float(u[r]), float(v[r])
-            wa = 1 - wb - we
-            grazed = mu < -_BACK and min(wa, wb, we) < _EDGE
-            if grazed:
-                grazes += 1
-            elif mu < -_BACK:
-                end = -4
-            elif order >= 1 and not multiple_scattering:
-                end = -2
-            else:
-                mu = min(max(mu, 1e-12), 1.0)
-                scattered_body = True
-                if interface:
-                    scattered_body = uniform[r, 0] < transmittance(mu, n, k)
-                if scattered_body and not substrate:
-                    end = -1
-                else:
-                    order += 1
-                    if scattered_body:
-                        body += 1
-                        if body > result.BODY_EXACT and rng.random() >= survival:
-                            end = -1
-                        # A uniform point of the sphere that touches the facet is a cosine
-                        # lobe; kept ∝ T(μ_o) it leaves every body event the same weight.
-                        s, turn, chance = uniform[r, 1], uniform[r, 2], uniform[r, 3]
-                        while True:
-                            s = 2 * s - 1
-                            azimuth = 2 * np.pi * turn
-                            ring = np.sqrt(1 - s * s)
-                            dx = mx + ring * np.cos(azimuth)
-                            dy = my + ring * np.sin(azimuth)
-                            dz = mz + s
-                            norm = np.sqrt(dx * dx + dy * dy + dz * dz)
-                            if norm > 1e-9:
-                                dx, dy, dz = dx / norm, dy / norm, dz / norm
-                                if not interface:
-                                    break
-                                mu_o = dx * mx + dy * my + dz * mz
-                                if mu_o > 0 and chance * bound < transmittance(mu_o, n, 0.0):
-                                    break
-                            s, turn, chance = rng.random(), rng.random(), rng.random()
-                    else:
-                        dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
-                        norm = np.sqrt(dx * dx + dy * dy + dz * dz)
-                        dx, dy, dz = dx / norm, dy / norm, dz / norm
-            if end == 0:
-                # The start of the next ray, see the module's text.
-                step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
-                inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
-                wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
-                total = wa + wb + we
-                wa, wb, we = wa / total, wb / total, we / total
-                px = (cx - MARGIN) % columns + MARGIN + x0
-                py = (cy - MARGIN) % rows + MARGIN + y0
-                px += wa * ax + wb * bx + we * ex + step * mx
-                py += wa * ay + wb * by + we * ey + step * my
-                pz = wa * az + wb * bz + we * ez + step * mz
-                if dz > 0 and pz >= top:
-                    end = 1
-        if end == 0:
-            origins[alive, 0], origins[alive, 1], origins[alive, 2] = px, py, pz
-            rays[alive, 0], rays[alive, 1], rays[alive, 2] = dx, dy, dz
-            directions[alive, 0], directions[alive, 1], directions[alive, 2] = dx, dy, dz
-            state[alive, 0], state[alive, 1], state[alive, 2] = order, body, wraps
-            alive += 1
+                put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
+                alive += 1
+                unmet += order == 0
             continue
-        code = end
-        if end == 1:
-            if body > result.BODY_EXACT:
-                body = np.searchsorted(body_edges, body, "right") - 1
-            ring_index, last = 0, len(ring_cosines) - 1
-            while ring_index < last:
-                middle = (ring_index + last) // 2
-                if dz <= ring_cosines[middle]:
-                    ring_index = middle + 1
-                else:
-                    last = middle
-            turn = (np.degrees(np.arctan2(dy, dx)) - phi_i) / 360 * result.SECTORS
-            sector = int(np.floor(turn + 0.5)) % result.SECTORS
-            code = (
-                (body * len(result.ORDERS) + min(order, 4) - 1) * result.RINGS + ring_index
-            ) * result.SECTORS + sector
-        ended[over] = code
-        over += 1
-    return alive, over, grazes
+
+        cell, side = triangle[r] // 2, triangle[r] % 2
+        cell_y, cell_x = cell // width, cell % width
+        ax, ay, az, bx, by, bz, ex, ey, ez, p, q = _corners(
+            cell_x, cell_y, side, grid.heights, grid.flipped
+        )
+        length = np.sqrt(1 + p * p + q * q)
+        mx, my, mz = -p / length, -q / length, 1 / length
+        mu = -(dx * mx + dy * my + dz * mz)
+        wb, we = float(u[r]), float(v[r])
+        wa = 1 - wb - we
+        grazed = mu < -_BACK and min(wa, wb, we) < _EDGE
+        if mu < -_BACK and not grazed:
+            end = BEHIND
+        elif order >= 1 and not facet.multiple_scattering and not grazed:
+            end = LEFT_OUT
+        if end >= 0:
+            detector.ended[end] += weight
+            detector.lost[end] += 1 if order > 0 else branches
+            continue
+
+        # Where the next rays start, see the module's text.
+        step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
+        inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
+        wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
+        total = wa + wb + we
+        wa, wb, we = wa / total, wb / total, we / total
+        px = (cell_x - MARGIN) % grid.columns + MARGIN + x0
+        py = (cell_y - MARGIN) % grid.rows + MARGIN + y0
+        px += wa * ax + wb * bx + we * ex + step * mx
+        py += wa * ay + wb * by + we * ey + step * my
+        pz = wa * az + wb * bz + we * ez + step * mz
+
+        if grazed:
+            grazes += 1
+            put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
+            alive += 1
+            unmet += order == 0
+            continue
+
+        mu = min(max(mu, 1e-12), 1.0)
+        through = transmittance(mu, facet.n, facet.k) if facet.interface else 1.0
+        if order == 0:
+            mirrors = 1 if facet.interface else 0
+            bodies = body_paths
+            mirror_weight, body_weight = (1 - through) * weight, 0.0
+            if bodies > 0:
+                body_weight = through * weight / bodies
+            else:
+                detector.ended[ABSORBED] += through * weight
+        else:
+            mirrors = 1 if facet.interface and rng.random() >= through else 0
+            bodies = 1 - mirrors
+            mirror_weight = body_weight = weight
+            if bodies and (
+                not facet.substrate
+                or (body >= result.BODY_EXACT and rng.random() >= facet.survival)
+            ):
+                bodies = 0
+                detector.ended[ABSORBED] += weight
+        order += 1
+        # The bodies' directions are a lattice of rank one, shifted at random.
+        s, turn = rng.random(), rng.random()
+        for j in range(mirrors + bodies):
+            if j < mirrors:
+                ox, oy, oz = _mirrored(dx, dy, dz, mx, my, mz, mu)
+                now, share = body, mirror_weight
+            else:
+                ox, oy, oz = _body_direction(
+                    mx, my, mz, s, turn, facet.n, bound, facet.interface, rng
+                )
+                s = (s + 1 / bodies) % 1.0
+                turn = (turn + _GOLDEN) % 1.0
+                now, share = body + 1, body_weight
+            if oz > 0 and pz >= top:
+                _arrive(
+                    detector, ox, oy, oz, share, order, now, batch,
+                    azimuths[batch], ring_cosines, body_edges,
+                )  # fmt: skip
+            else:
+                put(then, alive, px, py, pz, ox, oy, oz, share, order, now, wraps, batch)
+                alive += 1
+    return alive, unmet, grazes

@@ -6,7 +6,7 @@ inside the mesh on the other side, and nowhere does light depend on two edges th
 round alike.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,8 @@ LEVEL_STEP = 2
 _FINEST = 5  # blocks of 2^5 cells, then of 2^(5 + LEVEL_STEP), …
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Vertices of the tile with its margin, as they are given to Embree.
+class Grid(NamedTuple):
+    """Vertices of the tile with its margin, as they are given to Embree and to compiled code.
 
     Attributes
     ----------

@@ -3,26 +3,24 @@
 Everything random about a path comes from the generator that is passed in.
 """
 
-from collections.abc import Callable
+import time
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import result
 from ..physics.fresnel import transmittance_bound
-from .beam import direction as direction_to
-from .beam import stratified_points
+from .beam import beam
 from .embree import Hits, Rays
-from .events import OFFSET, launch, take_events
-from .grid import MARGIN, Grid
+from .empty_space import OFFSET, launch
+from .events import BODY_PATHS, take_events
+from .grid import Grid
+from .wave import BATCHES, ENDS, empty_detector, empty_wave
 
-WAVE = 65_536  # rays between two calls: fewer lose to Python, many more to the caches
-LOST = ("below", "behind", "wrapped")
-"""Why a path can be lost: it left the tile beneath its lowest point, it met the back of
-a triangle, or it went round the period `events.MOST_WRAPS` times without meeting anything."""
-_ENDS = ("absorbed", "left out", *LOST)  # codes −1, −2, … of paths that reach no detector
+WAVE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
+_MOST_BATCHES = 128  # of a tally; beyond, neighbours are put together
 
 
 class Tile(Protocol):
@@ -34,8 +32,7 @@ class Tile(Protocol):
         """Find the first triangle of each ray."""
 
 
-@dataclass(frozen=True)
-class Facet:
+class Facet(NamedTuple):
     """What the facet events need: index n (k > 0: n + ik of a conductor), which effects run.
 
     A path of more than result.BODY_EXACT body events survives each further one with
@@ -51,6 +48,12 @@ class Facet:
     survival: float = 1.0
     k: float = 0.0
 
+    @property
+    def branches(self) -> int:
+        """How many paths each light ray becomes at its first facet, see `events`."""
+        body = BODY_PATHS if self.substrate else 0
+        return body + (1 if self.interface or not self.substrate else 0)
+
     def path_weight(self, events: int) -> NDArray[np.float64]:
         """How many paths one path stands for, in the first ``events`` bins of body events."""
         beyond = np.maximum(result.BODY_EVENTS[:events] - result.BODY_EXACT, 0)
@@ -61,36 +64,87 @@ class Facet:
 class Tally:
     """What a number of paths came to; tallies of the same bins add up.
 
+    Light is in units of the power of one light ray.
+
     Attributes
     ----------
-    counts : ndarray of int64, shape (order, body_events, rings, sectors)
-        Paths that reached the detector.
-    ends : dict
-        Paths that did not: absorbed in the substrate (see `Facet`), left out on
+    energy : ndarray, shape (order, body_events, rings, sectors)
+        Light that arrived in each bin.
+    squares : ndarray, shape (kind, rings, sectors)
+        Sums of squared weights of order 1, specular and with one body event.
+    batches : ndarray, shape (batches, order, body_events)
+        Light that arrived, by parts of the work that know nothing of each other.
+    batch_light : ndarray, shape (batches,)
+        Light rays of each batch.
+    ended : ndarray, shape (len(ENDS),)
+        Light that did not arrive: absorbed in the substrate (see `Facet`), left out on
         purpose at a second facet, or lost, by cause.
-    paths, rays, grazes : int
-        Paths started, rays traced, and rays that grazed a ridge and went on.
+    lost : ndarray, shape (len(ENDS),)
+        Paths it ended with; what is absorbed at the first facet ends no path.
+    counts : ndarray, shape (4,)
+        Light rays, paths, rays traced, and rays that grazed a ridge and went on.
+    seconds : ndarray, shape (2,)
+        What tracing took, and what of it passed inside Embree.
 
     """
 
+    energy: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    batches: NDArray[np.float64]
+    batch_light: NDArray[np.float64]
+    ended: NDArray[np.float64]
+    lost: NDArray[np.int64]
     counts: NDArray[np.int64]
-    ends: dict[str, int]
-    paths: int
-    rays: int
-    grazes: int
+    seconds: NDArray[np.float64]
+
+    @property
+    def light(self) -> int:
+        """Light rays that were sent down."""
+        return int(self.counts[0])
+
+    @property
+    def paths(self) -> int:
+        """Paths from the light to their end, `Facet.branches` for each light ray."""
+        return int(self.counts[1])
+
+    @property
+    def rays(self) -> int:
+        """Rays traced."""
+        return int(self.counts[2])
+
+    @property
+    def grazes(self) -> int:
+        """Rays that grazed a ridge and went on."""
+        return int(self.counts[3])
 
     def __add__(self, other: "Tally") -> "Tally":
-        """Add up; the one with fewer body events is padded with zeros."""
-        events = max(self.counts.shape[1], other.counts.shape[1])
-        counts = np.zeros((len(result.ORDERS), events, result.RINGS, result.SECTORS), np.int64)
-        for tally in (self, other):
-            counts[:, : tally.counts.shape[1]] += tally.counts
+        """Add up; the one with fewer body events is padded with zeros.
+
+        Sums of floats depend on their order: add in the order of the pieces.
+        """
+        events = max(self.energy.shape[1], other.energy.shape[1])
+
+        def padded(values: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+            widths = [(0, 0)] * values.ndim
+            widths[axis] = (0, events - values.shape[axis])
+            return np.pad(values, widths)
+
+        batches = np.concatenate([padded(t.batches, 2) for t in (self, other)])
+        batch_light = np.concatenate([self.batch_light, other.batch_light])
+        if len(batches) > _MOST_BATCHES:
+            pairs = np.arange(0, len(batches), 2)
+            batches, batch_light = (
+                np.add.reduceat(values, pairs, axis=0) for values in (batches, batch_light)
+            )
         return Tally(
-            counts,
-            {cause: self.ends[cause] + other.ends[cause] for cause in _ENDS},
-            self.paths + other.paths,
-            self.rays + other.rays,
-            self.grazes + other.grazes,
+            padded(self.energy, 1) + padded(other.energy, 1),
+            self.squares + other.squares,
+            batches,
+            batch_light,
+            self.ended + other.ended,
+            self.lost + other.lost,
+            self.counts + other.counts,
+            self.seconds + other.seconds,
         )
 
 
@@ -98,70 +152,62 @@ def trace(
     tile: Tile,
     theta: float,
     phi: float,
-    facet_event: Facet,
+    facet: Facet,
     paths: int,
     rng: np.random.Generator,
-    record: Callable[[Rays, Rays], None] | None = None,
+    *,
+    turn: bool = False,
 ) -> Tally:
-    """Follow ``paths`` paths of light from (θ, φ), in degrees, until each has ended.
+    """Follow paths of light from (θ, φ), in degrees, until each has ended.
 
-    ``record`` is shown the rays of every call to the tile, for timing them alone.
+    There are ``paths`` of them, or a few more to make whole light rays. With ``turn``
+    each batch comes from an azimuth of its own, φ is counted from there.
     """
+    begin = time.perf_counter()
+    inside = 0.0
     grid = tile.grid
-    wave = min(WAVE, paths)
-    starts = stratified_points(paths, rng) * (grid.columns, grid.rows)
-    starts += (grid.x0 + MARGIN, grid.y0 + MARGIN)
-    incident = -direction_to(theta, phi)
-    reach = grid.reach
-    top = grid.top + OFFSET * reach
+    frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
+    light = -(-paths // facet.branches)
+    starts, batch, incident, azimuths = beam(theta, phi, light, grid, rng, turn=turn)
     ring_cosines = np.cos(np.radians(result.RING_EDGES[1:]))
-    bound = transmittance_bound(facet_event.n) if facet_event.substrate else 1.0
-
-    origins = np.zeros((wave, 3), np.float32)
-    rays = np.zeros((wave, 3), np.float32)
-    directions = np.zeros((wave, 3))
-    state = np.zeros((wave, 3), np.int64)  # order, body events, wraps
-    ended = np.zeros(wave, np.int64)
-    uniform = np.zeros((wave, 4))
-    codes: list[NDArray[np.int64]] = []
-    active = started = traced = grazes = 0
+    bound = transmittance_bound(facet.n) if facet.substrate else 1.0
+    detector = empty_detector()
+    # Every light ray needs room for all it is split into.
+    wave, then = (empty_wave(max(WAVE, facet.branches)) for _ in range(2))
+    active = unmet = started = traced = grazes = 0
     while True:
-        fresh = min(wave - active, paths - started)
+        room = len(wave.weight) - active - (facet.branches - 1) * unmet
+        fresh = min(room // facet.branches, light - started)
         if fresh:
-            launch(
-                active, active + fresh, starts[started : started + fresh], incident,
-                origins, rays, directions, state,
-                grid.tops, grid.levels, grid.x0, grid.y0, grid.columns, grid.rows, top, reach,
-            )  # fmt: skip
-            active += fresh
-            started += fresh
+            coming = slice(started, started + fresh)
+            launch(active, starts[coming], batch[coming], incident, wave, grid, *frame)
+            active, unmet, started = active + fresh, unmet + fresh, started + fresh
         if not active:
             break
-        hits = tile.intersect(origins[:active], rays[:active])
-        if record is not None:
-            record(origins[:active].copy(), rays[:active].copy())
+        called = time.perf_counter()
+        hits = tile.intersect(wave.origins[:active], wave.rays[:active])
+        inside += time.perf_counter() - called
         traced += active
-        active, over, grazed = take_events(
-            active, origins, rays, directions, state, ended,
-            hits.triangle, hits.u, hits.v,
-            grid.heights, grid.flipped, grid.x0, grid.y0, grid.columns, grid.rows,
-            grid.bottom, top, reach,
-            facet_event.n, facet_event.k, bound,
-            facet_event.interface, facet_event.substrate, facet_event.multiple_scattering,
-            facet_event.survival, result.BODY_EDGES,
-            grid.tops, grid.levels, ring_cosines, phi,
-            rng.random(out=uniform[:active]), rng,
+        active, unmet, grazed = take_events(
+            active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
+            facet, bound, azimuths, ring_cosines, result.BODY_EDGES, detector, rng,
         )  # fmt: skip
-        codes.append(ended[:over].copy())
+        wave, then = then, wave
         grazes += grazed
-    return _tally(np.concatenate(codes), paths, traced, grazes)
+    seen = np.flatnonzero(detector.energy.any(axis=(1, 2, 3)))
+    events = int(seen[-1]) + 1 if len(seen) else 1
+    return Tally(
+        detector.energy[:events].swapaxes(0, 1).copy(),
+        detector.squares,
+        detector.batches[:, :, :events].copy(),
+        np.bincount(batch, minlength=BATCHES).astype(float),
+        detector.ended,
+        detector.lost,
+        np.array([light, light * facet.branches, traced, grazes]),
+        np.array([time.perf_counter() - begin, inside]),
+    )
 
 
-def _tally(codes: NDArray[np.int64], paths: int, rays: int, grazes: int) -> Tally:
-    """Count codes of ended paths: bins if ≥ 0, −1 − (index in _ENDS) otherwise."""
-    shape = (-1, len(result.ORDERS), result.RINGS, result.SECTORS)
-    size = int(np.prod(shape[1:]))
-    seen = np.bincount(codes[codes >= 0], minlength=size)
-    seen = np.pad(seen, (0, -len(seen) % size)).reshape(shape).swapaxes(0, 1)
-    ends = np.bincount(-1 - codes[codes < 0], minlength=len(_ENDS))
-    return Tally(seen, dict(zip(_ENDS, map(int, ends), strict=True)), paths, rays, grazes)
+def ends(tally: Tally) -> dict[str, float]:
+    """Light that reached no detector, by how it ended."""
+    return dict(zip(ENDS, tally.ended.tolist(), strict=True))

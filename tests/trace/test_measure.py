@@ -28,6 +28,11 @@ def total(measured, n=1.5, kd=0.8):
     return value, summary.ray_error(measured, "total", n, kd).values.flat[0]
 
 
+def assert_books(measured):
+    gap = (measured.arrived + measured.ended.sum("cause")) / measured.paths - 1
+    assert float(np.abs(gap).max()) <= 1e-12
+
+
 def test_same_seed_same_bits_whatever_the_workers():
     asked = scene(paths=600_000)  # three pieces
     one, two, other = (measure(asked, seed=s, workers=w) for s, w in ((5, 1), (5, 3), (6, 1)))
@@ -78,7 +83,7 @@ def test_a_flat_mesh_and_the_flat_short_cut_give_one_facet(n):
 def test_unit_of_length_changes_nothing():
     made = generate_surface(2.0, 0.5, cells=64, seed=3)
     asked = scene()
-    base = measure(asked, [made])
+    base = measure(asked, [Heightfield(made.heights)])  # as bare as the others
     for factor in (2.0**-30, 2.0**10):
         scaled = Heightfield(made.heights * factor, spacing=factor)
         xr.testing.assert_identical(measure(asked, [scaled]).flux, base.flux)
@@ -114,13 +119,14 @@ def test_effects_left_out():
     assert float(measured.flux.sel(order=slice(2, None)).sum()) == 0
     left_out = float(measured.ended.sel(cause="left out").sum() / measured.paths.sum())
     assert left_out > 0.01
-    assert float(measured.arrived.sum() + measured.ended.sum()) == float(measured.paths.sum())
+    assert_books(measured)
 
 
 def test_a_mirror_absorbs_what_it_lets_in():
     measured = measure(scene(kd=(0.0,)))
     assert measured.sizes["body_events"] == 1
-    assert float(measured.arrived.sum() + measured.ended.sel(cause="absorbed").sum()) == 100_000
+    assert_books(measured)
+    assert float(measured.ended_paths.sum()) == 0
 
 
 def test_a_conductor_mirrors_and_absorbs():
@@ -134,11 +140,12 @@ def test_a_conductor_mirrors_and_absorbs():
         for quantity in (summary.quantity, summary.ray_error)
     )
     expected = fresnel.reflectance(np.cos(np.radians(theta)), n, k)
-    assert (np.abs(values - expected) <= 4 * errors).all()
-    assert (np.abs(values - fresnel.reflectance(0.9, n, 1.1 * k)) > 4 * errors).any()
+    np.testing.assert_allclose(values, expected, rtol=1e-11)
+    assert (errors <= 1e-12).all()
+    assert (np.abs(values / fresnel.reflectance(0.9, n, 1.1 * k) - 1) > 1e-3).all()
     rough = measure(replace(scene(theta=(0.0,)), material=gold))
     assert float(rough.flux.sel(order=2).sum()) > 0
-    assert float(rough.arrived.sum() + rough.ended.sum()) == float(rough.paths.sum())
+    assert_books(rough)
     assert total(rough, n, 0.0)[0] < expected[0] - 4 * total(rough, n, 0.0)[1]
 
 
@@ -146,7 +153,7 @@ def test_nothing_comes_back_from_a_black_body():
     """Neither interface nor substrate: it must not be taken for a perfect mirror."""
     measured = measure(scene(n=1.0, kd=(0.0,)))
     assert float(measured.arrived.sum()) == 0
-    assert float(measured.ended.sel(cause="absorbed").sum()) == 100_000
+    assert float(measured.ended.sel(cause="absorbed").sum()) == pytest.approx(100_000)
 
 
 @pytest.mark.long

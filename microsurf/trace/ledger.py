@@ -1,0 +1,162 @@
+"""Which pieces are still wanted, what the finished ones came to, and when it is enough.
+
+Pieces come back in any order; they are added, and decided upon, in the order of their
+numbers. So the result does not depend on who finished first.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from .. import precision
+from ..scene import Scene
+from .labelled import labelled
+from .paths import Tally
+from .pieces import PIECE, Piece, Source, facet_of
+
+MOST_SURFACES = 1000
+"""No error is worth more realisations: who asks for it is told what was reached."""
+
+
+@dataclass
+class _Lane:
+    """The pieces of one angle on one realisation."""
+
+    tally: Tally | None = None
+    issued: int = 0
+    added: int = 0
+    closed: bool = False
+    look: int = 4  # at the error, after so many pieces
+    surplus: float = np.inf  # error over the error asked for
+    waiting: dict[int, Tally] = field(default_factory=dict)
+
+
+class Ledger:
+    """Hands out pieces and takes in what they came to.
+
+    With ``accuracy.paths`` every lane has the same number of pieces. With
+    ``accuracy.standard_error`` each realisation is traced until the error of its rays
+    is that small, and realisations are added until that of their mean is; a scene's
+    ``realisations`` are then the least.
+    """
+
+    def __init__(
+        self, scene: Scene, sources: list[Source] | None, seed: int, *, turn: bool
+    ) -> None:
+        self.scene = scene
+        self.angles = list(product(scene.light.theta, scene.light.phi))
+        self.lanes: list[list[_Lane]] = []
+        self._sources = sources
+        self._seed = seed
+        self._turn = turn
+        self._complete = False
+        total = scene.accuracy.paths
+        count = -(-total // PIECE)
+        self._sizes = [total * (k + 1) // count - total * k // count for k in range(count)]
+
+    def wanted(self) -> Iterator[Piece | None]:
+        """Pieces in the order they are needed; None while that depends on what is under way."""
+        self._open()
+        while not self._complete:
+            lane = min(
+                (lane for lane in self.lanes[-1] if self._more(lane)),
+                key=lambda lane: lane.issued,
+                default=None,
+            )
+            if lane is not None:
+                yield self._piece(lane)
+            elif self._by_error and not all(lane.closed for lane in self.lanes[-1]):
+                yield None
+            elif self._enough():
+                self._complete = True
+            else:
+                self._open()
+
+    def _open(self) -> None:
+        realisation = len(self.lanes)
+        source = (
+            Source(self.scene, self._seed, realisation)
+            if self._sources is None
+            else self._sources[realisation]
+        )
+        self._source, self._name = source, source.name
+        self.lanes.append([_Lane() for _ in self.angles])
+
+    @property
+    def _by_error(self) -> bool:
+        return self.scene.accuracy.standard_error is not None
+
+    def _more(self, lane: _Lane) -> bool:
+        return not lane.closed and (self._by_error or lane.issued < len(self._sizes))
+
+    def _piece(self, lane: _Lane) -> Piece:
+        angle = self.lanes[-1].index(lane)
+        number = lane.issued
+        lane.issued += 1
+        size = PIECE if self._by_error else self._sizes[number]
+        return Piece(self._source, self._name, angle, *self.angles[angle], number, size, self._turn)
+
+    def _least(self) -> int:
+        """Realisations to make in any case."""
+        if self._sources is not None:
+            return len(self._sources)
+        return self.scene.surface.realisations
+
+    def _enough(self) -> bool:
+        done = len(self.lanes)
+        if done < self._least() or self._sources is not None or not self._by_error:
+            return done >= self._least()
+        if not self.scene.requires.roughness or done >= MOST_SURFACES:
+            return True
+        return precision.surplus(self.labelled(), self.scene) <= 1
+
+    def take(self, piece: Piece, tally: Tally) -> None:
+        """Take in what a piece came to; what is beyond enough is dropped."""
+        lane = self.lanes[piece.source.realisation][piece.angle]
+        lane.waiting[piece.number] = tally
+        while not lane.closed and lane.added in lane.waiting:
+            finished = lane.waiting.pop(lane.added)
+            lane.tally = finished if lane.tally is None else lane.tally + finished
+            lane.added += 1
+            self._decide(lane)
+        if lane.closed:
+            lane.waiting.clear()
+
+    def _decide(self, lane: _Lane) -> None:
+        """Close a lane that has enough; errors are looked at ever less often."""
+        if not self._by_error:
+            lane.closed = lane.added == len(self._sizes)
+        elif lane.tally is not None and lane.added >= lane.look:
+            lane.look = -(-lane.added * 5 // 4)
+            seen = self._labelled([[lane.tally]], ([0.0], [0.0]))
+            lane.surplus = precision.surplus(seen, self.scene)
+            lane.closed = lane.surplus <= 1
+
+    def share_done(self) -> float:
+        """Estimate which part of all the work is finished, from the errors so far."""
+        done = float(np.mean([self._share(lane) for lane in self.lanes[-1]]))
+        return (len(self.lanes) - 1 + done) / max(self._least(), len(self.lanes))
+
+    def _share(self, lane: _Lane) -> float:
+        if lane.closed:
+            return 1.0
+        if not self._by_error:
+            return lane.added / len(self._sizes)
+        return min(1 / lane.surplus**2, 1.0)
+
+    def labelled(self) -> xr.Dataset:
+        """Everything so far, with its labels."""
+        rows = [[lane.tally for lane in row if lane.tally is not None] for row in self.lanes]
+        return self._labelled(rows, (self.scene.light.theta, self.scene.light.phi))
+
+    def _labelled(
+        self, rows: list[list[Tally]], angles: tuple[Sequence[float], Sequence[float]]
+    ) -> xr.Dataset:
+        return labelled(self.scene, facet_of(self.scene), rows, angles, self._seed, fold=self._turn)
+
+    def tallies(self) -> list[Tally]:
+        """All of them, to be summed up."""
+        return [lane.tally for row in self.lanes for lane in row if lane.tally is not None]
