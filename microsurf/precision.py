@@ -1,9 +1,13 @@
 """How well a measurement is known: errors of its rays, of its surfaces, and what to buy next.
 
-The error of a mean over realisations has two parts, told apart as in a one-way analysis
-of variance: rays on one surface (*within*) and differences of surfaces (*between*).
-Errors of rays come from batches that know nothing of each other.
+The error of a mean over realisations has two parts, told apart in `spread`: rays on one
+surface (*within*) and differences of surfaces (*between*). Errors of rays come from
+batches that know nothing of each other, those of a lobe's bins from its paths.
 """
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,6 +15,7 @@ from scipy import stats
 
 from . import result, summary
 from .scene import Scene
+from .spread import KNOWN, Advice, Spread, advice, satterthwaite, spread
 
 _NORMAL = float(stats.norm.ppf(0.975))
 
@@ -60,3 +65,71 @@ def surplus(dataset: xr.Dataset, scene: Scene) -> float:
         lobes = max(float(lobe_error(dataset, kind, n, kd).max()) for kind in result.KINDS)
         worst = max(worst, widened * albedo / asked, widened * lobes / asked_of_lobes)
     return worst
+
+
+LOBES = {f"{kind} lobe": f"order-1 {kind} lobe" for kind in result.KINDS}
+"""Errors of lobes are root sums of squares over their bins; so is their size."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of one quantity (of summary.QUANTITIES or LOBES) at one incidence."""
+
+    quantity: str
+    theta_i: float
+    phi_i: float
+    kd: float
+    spread: Spread
+    advice: Advice
+
+
+def of_measurement(dataset: xr.Dataset, scene: Scene) -> list[Known]:
+    """Errors of all that a report prints, and what to buy next; what is zero is left out."""
+    only = scene.surface.file is not None or not scene.requires.roughness
+    rows = []
+    n = scene.material.n
+    for name in (*summary.QUANTITIES, *LOBES):
+        for kd in scene.material.kd:
+            for place, found in _spreads(dataset, name, n, kd):
+                if found.mean > 0:
+                    bought = advice(found, only=only)
+                    rows.append(Known(name, *place, kd, found, bought))
+    return rows
+
+
+def as_json(dataset: xr.Dataset, scene: Scene) -> list[dict[str, Any]]:
+    """The same for JSON, which has no ∞: an unbounded σ_b becomes null."""
+    rows = []
+    for known in of_measurement(dataset, scene):
+        row = asdict(known)
+        row |= row.pop("spread")
+        row |= {"between_low": row.pop("low"), "between_high": row.pop("high")}
+        if np.isinf(row["between_high"]):
+            row["between_high"] = None
+        row["advice"] = row["advice"]["text"]
+        bought = known.advice
+        row |= {"dominant": bought.dominant, "rays_to_halve": bought.rays}
+        rows.append(row | {"surfaces_to_halve": bought.surfaces})
+    return rows
+
+
+def _spreads(
+    dataset: xr.Dataset, name: str, n: float, kd: float
+) -> Iterator[tuple[tuple[float, float], Spread]]:
+    """Spreads of one quantity over the surfaces, by θ_i and φ_i in degrees."""
+    is_lobe = name in LOBES
+    if is_lobe:
+        kind = name.removesuffix(" lobe")
+        values, variance = (of(dataset, kind, n, kd) for of in (lobe, lobe_ray_variance))
+    else:
+        values = summary.quantity(dataset, name, n, kd)
+        variance = xr.DataArray(summary.ray_error(dataset, name, n, kd) ** 2)
+    for t, theta in enumerate(dataset.theta_i.values):
+        for p, phi in enumerate(dataset.phi_i.values):
+            place = {"theta_i": t, "phi_i": p}
+            of_rays = variance.isel(place).values
+            batches = (dataset.batch_light.isel(place).values > 0).sum(axis=1)
+            # Paths know the variance of their bins well; a few batches that of their sum.
+            freedom = KNOWN if is_lobe else satterthwaite(of_rays, np.maximum(batches - 1, 1))
+            found = spread(values.isel(place).values, of_rays, freedom)
+            yield (float(theta), float(phi)), found

@@ -1,0 +1,75 @@
+"""Errors of a measurement: repeats on one surface differ by their rays, surfaces by more."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from microsurf import precision, summary, trace
+from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.surface import surfaces_of
+
+SCENE = Scene(
+    material=Material(1.5, (0.8, 0.2)),
+    roughness=Roughness(2.0, (0.5,)),
+    surface=Surface(cells=64, realisations=12),
+    light=Light((0.0, 60.0)),
+    accuracy=Accuracy(60_000),
+)
+ALL = {"specular", "body", "total", "specular lobe", "body lobe"}
+
+
+@pytest.fixture(scope="module")
+def surfaces():
+    return list(surfaces_of(SCENE, 3))
+
+
+def known(dataset, scene=SCENE):
+    rows = precision.of_measurement(dataset, scene)
+    return {(row.quantity, row.theta_i, row.kd): row for row in rows}
+
+
+def test_other_rays_on_the_same_surface_show_no_difference_between_surfaces(surfaces):
+    """Intervals of σ_b miss 0 in 2.5 % at most of the time; these rows share their paths.
+
+    Five quantities, some of them nearly the same, two angles, two Kd: three of 20 may
+    miss. Batches that come from other azimuths claim more than the spread, never less.
+    """
+    same = known(trace.measure(SCENE, [surfaces[0]] * 12, seed=1, workers=1))
+    assert {key[0] for key in same} == ALL
+    assert sum(row.spread.low > 0 for row in same.values()) <= 3
+    assert all(row.advice.dominant != "surfaces" for row in same.values())
+
+
+def test_small_surfaces_differ_by_more_than_their_rays(surfaces):
+    """Negative control of the test before: 8² correlation lengths, and rays enough."""
+    other = known(trace.measure(SCENE, surfaces, seed=1, workers=1))
+    assert sum(row.spread.low > 0 for row in other.values()) > 15
+    row = other["specular", 60.0, 0.8]
+    assert row.advice.dominant == "surfaces"
+    assert row.advice.surfaces == 48
+    assert row.advice.rays is None
+
+
+def test_errors_are_those_that_are_printed(surfaces):
+    measured = trace.measure(SCENE, surfaces[:3], seed=1, workers=1)
+    rows = known(measured)
+    for name in summary.QUANTITIES:
+        error = summary.standard_error(measured, name, 1.5, 0.2).sel(theta_i=60).item()
+        assert rows[name, 60.0, 0.2].spread.error == pytest.approx(error, rel=1e-12)
+    for kind in ("specular", "body"):
+        found = rows[f"{kind} lobe", 60.0, 0.2].spread
+        wanted = precision.lobe_error(measured, kind, 1.5, 0.2).sel(theta_i=60).item()
+        assert found.error / found.mean == pytest.approx(wanted, rel=1e-12)
+
+
+def test_json_knows_no_infinity_and_leaves_out_what_is_zero(surfaces):
+    mirror = replace(SCENE, material=Material(1.5, (0.0,)))
+    measured = trace.measure(mirror, surfaces[:1], seed=1, workers=1)
+    rows = precision.as_json(measured, mirror)
+    json.dumps(rows, allow_nan=False)
+    assert {row["quantity"] for row in rows} == {"specular", "total", "specular lobe"}
+    assert all(row["between_high"] is None and row["surfaces_to_halve"] == 4 for row in rows)
+    flat = replace(SCENE, roughness=Roughness(2.0, (0.0,)))
+    rows = precision.as_json(trace.measure(flat, seed=1, workers=1), flat)
+    assert all(row["surfaces_to_halve"] is None for row in rows)
