@@ -10,6 +10,7 @@ import argparse
 import statistics
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,7 @@ import bench_growth as growth
 import bench_report as report
 import numpy as np
 from bench_rows import Row, of_ratio
-from bench_sides import KD, Player
+from bench_sides import KD, Player, Turn
 from numpy.typing import NDArray
 from peers import mitsuba
 from tqdm import tqdm
@@ -29,7 +30,7 @@ from microsurf.errors import MicrosurfError
 Array = NDArray[np.float64]
 
 THETAS = (0.0, 60.0, 80.0)
-VARIANTS = {"default": "without Embree's robust mode", "independent": "independent origins"}
+VARIANTS = {"default": "without Embree's robust mode", "independent": "with independent origins"}
 AGREEMENT_CELLS, AGREEMENT_BATCHES = 256, 32
 Z = 4.6
 """Of t with 50 degrees of freedom, two-sided: a false alarm in 300 runs of 9 × 13 figures."""
@@ -76,7 +77,7 @@ FULL = Effort(
     turn_paths=2**21,
     batches_ours=48,
     batches_theirs=128,
-    batch_paths=2**17,
+    batch_paths=2**18,
     energy_batches=4,
     sizes=(128, 256, 512, 1024, 2048, 4096),
     growth_paths=2**22,
@@ -87,7 +88,7 @@ QUICK = Effort(
     turn_paths=2**20,
     batches_ours=12,
     batches_theirs=12,
-    batch_paths=2**16,
+    batch_paths=2**17,
     energy_batches=2,
     sizes=(128, 256, 512),
     growth_paths=2**20,
@@ -106,7 +107,7 @@ def agree(mesh: Mesh, effort: Effort) -> list[Row]:
         fluxes = []
         for kind in ("ours-fixed", "theirs"):
             with Player(kind, path, mesh.sigma) as player:
-                fluxes.append(_batches(player, AGREEMENT_BATCHES, effort, KD, f"{name}: {kind}"))
+                fluxes.append(_batches(player, AGREEMENT_BATCHES, effort, f"{name}: {kind}")[0])
     rows = []
     for a, theta in enumerate(THETAS):
         means = [efficiency.figures(flux[:, a]) for flux in fluxes]
@@ -124,13 +125,16 @@ def compare(mesh: Mesh, effort: Effort) -> list[Row]:
         path = Path(folder) / "surface.npz"
         write_surface(generate_surface(mesh.gamma, mesh.sigma, cells=mesh.cells, seed=1), path)
         with Player("ours", path, mesh.sigma) as ours, Player("theirs", path, mesh.sigma) as theirs:
-            mine = _batches(ours, effort.batches_ours, effort, KD, f"{mesh.name}: ours")
-            other = _batches(theirs, effort.batches_theirs, effort, KD, f"{mesh.name}: theirs")
+            mine, rays = _batches(ours, effort.batches_ours, effort, f"{mesh.name}: ours")
+            other, other_rays = _batches(
+                theirs, effort.batches_theirs, effort, f"{mesh.name}: theirs"
+            )
             rows = _memory(mesh, ours, theirs)
             speeds: list[float] = []
             for theta in THETAS:
                 found = _speed(mesh, theta, ours, theirs, effort)
-                speeds.append(found[0].ratio)
+                # Batches a second, ours over theirs.
+                speeds.append(found[0].ratio * other_rays / rays)
                 rows += found
             rows += _energy(mesh, ours, theirs, effort)
     for a, (theta, speed) in enumerate(zip(THETAS, speeds, strict=True)):
@@ -138,10 +142,15 @@ def compare(mesh: Mesh, effort: Effort) -> list[Row]:
     return rows
 
 
-def _batches(player: Player, count: int, effort: Effort, kd: float, name: str) -> Array:
-    """Fluxes of independent batches, shape (batches, angles, order, kind, ring, sector)."""
+def _batches(player: Player, count: int, effort: Effort, name: str) -> tuple[Array, float]:
+    """Trace independent batches.
+
+    Returns their fluxes, shape (batches, angles, order, kind, ring, sector), and the
+    light rays of each batch and angle.
+    """
     steps = tqdm(range(count), desc=name, unit=" batches", disable=None)
-    return np.stack([player.ask("batch", THETAS, kd, effort.batch_paths, k)[0] for k in steps])
+    runs = [player.ask("batch", THETAS, KD, effort.batch_paths, k) for k in steps]
+    return np.stack([run.flux for run in runs]), runs[0].light_rays
 
 
 def _memory(mesh: Mesh, ours: Player, theirs: Player) -> list[Row]:
@@ -156,33 +165,26 @@ def _memory(mesh: Mesh, ours: Player, theirs: Player) -> list[Row]:
 
 
 def _speed(mesh: Mesh, theta: float, ours: Player, theirs: Player, effort: Effort) -> list[Row]:
-    """Rows of one case's turns; the first one's ratio is that of paths a second."""
+    """Rows of one case's turns; the first one's ratio is that of light rays a second."""
     mine, others = [], {variant: [] for variant in ("", *VARIANTS)}
     name = f"{mesh.name}, θ = {theta:g}°"
     for k in tqdm(range(effort.turns), desc=name, unit=" turns", disable=None):
         mine.append(ours.ask("turn", theta, effort.turn_paths, k))
         for variant, turns in others.items():
             turns.append(theirs.ask("turn", theta, effort.turn_paths, k, variant))
-    speed = [turn.paths / turn.seconds for turn in mine]
-    rows = []
-    for variant, turns in others.items():
-        rival = [turn.paths / turn.seconds for turn in turns]
-        ratios = [a / b for a, b in zip(speed, rival, strict=True)]
-        rows.append(
-            Row(
-                mesh.name,
-                theta,
-                "paths a second" + (f", theirs with {VARIANTS[variant]}" if variant else ""),
-                statistics.median(ratios),
-                None if variant else SPEED,
-                ours=statistics.median(speed) / 1e6,
-                theirs=statistics.median(rival) / 1e6,
-                unit="10⁶/s",
-            )
-        )
+    rows = [
+        _turns_row(mesh, theta, "light rays a second", mine, others[""], rays_a_second),
+        _turns_row(mesh, theta, "paths a second", mine, others[""], paths_a_second, SPEED),
+    ]
+    for variant, words in VARIANTS.items():
+        quantity = f"paths a second, theirs {words}"
+        rows.append(_turns_row(mesh, theta, quantity, mine, others[variant], paths_a_second))
     inside = statistics.median(turn.embree_ratio for turn in mine)
     rows.append(Row(mesh.name, theta, "tracing time inside Embree", inside, INSIDE, ours=inside))
-    lost = [sum(t.lost for t in side) / sum(t.paths for t in side) for side in (mine, others[""])]
+    lost = [
+        sum(turn.lost for turn in side) / sum(turn.light_rays for turn in side)
+        for side in (mine, others[""])
+    ]
     rows.append(
         Row(
             mesh.name, theta, "lost paths", lost[0], 0.0,
@@ -190,6 +192,38 @@ def _speed(mesh: Mesh, theta: float, ours: Player, theirs: Player, effort: Effor
         )
     )  # fmt: skip
     return rows
+
+
+def rays_a_second(turn: Turn) -> float:
+    """Light rays: what comes in."""
+    return turn.light_rays / turn.seconds
+
+
+def paths_a_second(turn: Turn) -> float:
+    """Paths: what light rays are split into, by whoever splits them."""
+    return turn.paths / turn.seconds
+
+
+def _turns_row(
+    mesh: Mesh,
+    theta: float,
+    quantity: str,
+    mine: list[Turn],
+    others: list[Turn],
+    speed: Callable[[Turn], float],
+    target: float | None = None,
+) -> Row:
+    """Median of the turns' ratios of a speed."""
+    return Row(
+        mesh.name,
+        theta,
+        quantity,
+        statistics.median(speed(a) / speed(b) for a, b in zip(mine, others, strict=True)),
+        target,
+        ours=statistics.median(map(speed, mine)) / 1e6,
+        theirs=statistics.median(map(speed, others)) / 1e6,
+        unit="10⁶/s",
+    )
 
 
 def _energy(mesh: Mesh, ours: Player, theirs: Player, effort: Effort) -> list[Row]:
@@ -201,7 +235,7 @@ def _energy(mesh: Mesh, ours: Player, theirs: Player, effort: Effort) -> list[Ro
             player.ask("batch", THETAS, 1.0, effort.batch_paths, k)
             for k in range(effort.energy_batches)
         ]
-        sides.append(np.array([flux.sum((1, 2, 3, 4)) + lost - 1 for flux, lost in runs]))
+        sides.append(np.array([run.flux.sum((1, 2, 3, 4)) + run.lost - 1 for run in runs]))
     for a, theta in enumerate(THETAS):
         mean = [float(side[:, a].mean()) for side in sides]
         error = [float(side[:, a].std(ddof=1) / np.sqrt(len(side))) for side in sides]

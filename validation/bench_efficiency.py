@@ -17,7 +17,9 @@ from microsurf import result
 Array = NDArray[np.float64]
 
 BRIGHT = 10
-"""Paths a batch that must reach an order or a bin on either side for it to be judged."""
+"""Paths a batch that must reach an order on both sides for it to be judged: nearly normal."""
+BRIGHT_BIN = 3
+"""The same for a bin, of which only the median over all of a lobe is told."""
 CONFIDENCE = 0.95
 RESAMPLES = 400
 
@@ -58,7 +60,7 @@ class Ratio:
 def figure_ratio(ours: Array, theirs: Array, speed: float, paths: int) -> Ratio | None:
     """Compare one figure's batches, arrays of one dimension; None if it is too dim to judge.
 
-    ``speed`` is the ratio of paths a second, ``paths`` those of a batch.
+    ``speed`` is the ratio of batches a second, ``paths`` are those of a batch.
     """
     if min(ours.mean(), theirs.mean()) * paths < BRIGHT:
         return None
@@ -72,7 +74,7 @@ def lobe_ratio(
     ours: Array, theirs: Array, speed: float, paths: int, rng: np.random.Generator
 ) -> Ratio | None:
     """Compare a lobe's bins, arrays (batches, bins): the median; None if no bin is bright."""
-    bright = np.minimum(ours.mean(0), theirs.mean(0)) * paths >= BRIGHT
+    bright = np.minimum(ours.mean(0), theirs.mean(0)) * paths >= BRIGHT_BIN
     count = int(np.count_nonzero(bright))
     if count == 0:
         return None

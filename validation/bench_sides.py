@@ -27,12 +27,33 @@ N, KD = 1.5, 0.8
 
 
 @dataclass(frozen=True)
-class Turn:
-    """One turn: paths, seconds that their tracing took, paths lost, more where there is more."""
+class Batch:
+    """What came out of a number of paths.
 
+    Attributes
+    ----------
+    flux : ndarray, shape (θ, order, kind, ring, sector)
+        Part of the incident power.
+    lost : ndarray, shape (θ,)
+        The same of what was lost.
+    light_rays : float
+        Traced for each θ.
+
+    """
+
+    flux: Array
+    lost: Array
+    light_rays: float
+
+
+@dataclass(frozen=True)
+class Turn:
+    """One turn: light rays, the paths they became, seconds of their tracing, light lost in rays."""
+
+    light_rays: int
     paths: int
     seconds: float
-    lost: int
+    lost: float
     embree_ratio: float | None = None
 
 
@@ -42,10 +63,8 @@ class Side(Protocol):
     def turn(self, theta: float, paths: int, seed: int, variant: str = "") -> Turn:
         """Trace against the clock; what is compiled is compiled before."""
 
-    def batch(
-        self, thetas: tuple[float, ...], kd: float, paths: int, seed: int
-    ) -> tuple[Array, Array]:
-        """Flux by (θ, order, kind, ring, sector), and lost paths over all by θ."""
+    def batch(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Batch:
+        """Trace that many paths for each θ."""
 
 
 class Ours:
@@ -81,24 +100,24 @@ class Ours:
     def turn(self, theta: float, paths: int, seed: int, variant: str = "") -> Turn:  # noqa: ARG002
         """See `Side`."""
         found = self._run((theta,), KD, paths, seed)
-        traced = float(found.paths.sum())
+        rays = float(found.light_rays.sum())
         return Turn(
-            paths=round(traced),
+            light_rays=round(rays),
+            paths=round(float(found.paths.sum())),
             seconds=float(found.attrs["seconds"]),
-            lost=round(traced * float(self._summary.lost_paths(found).mean())),
+            lost=rays * float(self._summary.lost_paths(found).mean()),
             embree_ratio=float(found.attrs["embree_ratio"]),
         )
 
-    def batch(
-        self, thetas: tuple[float, ...], kd: float, paths: int, seed: int
-    ) -> tuple[Array, Array]:
+    def batch(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Batch:
         """See `Side`."""
         found = self._run(thetas, kd, paths, seed)
         energy = self._result.by_kind(found.flux, N, kd).isel(realisation=0, phi_i=0)
         energy = energy.reindex(order=list(self._result.ORDERS), fill_value=0.0)
         flux = energy.transpose("theta_i", "order", "kind", "theta_o", "phi_o").values
         lost = self._summary.lost_paths(found).isel(phi_i=0).values
-        return np.asarray(flux), np.asarray(lost)
+        rays = float(found.light_rays.sum()) / len(thetas)
+        return Batch(np.asarray(flux), np.asarray(lost), rays)
 
 
 class Theirs:
@@ -131,16 +150,15 @@ class Theirs:
         for k in range(paths // launch):
             traced = tile.trace(theta, launch, 1_000 * seed + k, ordered=ordered)
             lost += sum(traced.lost.values())
-        return Turn(paths // launch * launch, time.perf_counter() - begin, lost)
+        traced_paths = paths // launch * launch
+        return Turn(traced_paths, traced_paths, time.perf_counter() - begin, lost)
 
-    def batch(
-        self, thetas: tuple[float, ...], kd: float, paths: int, seed: int
-    ) -> tuple[Array, Array]:
+    def batch(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Batch:
         """See `Side`."""
         tile = self._tile(kd, robust=True)
         traced = [tile.trace(theta, paths, 1_000_000 + seed) for theta in thetas]
         lost = [sum(one.lost.values()) / paths for one in traced]
-        return np.stack([one.flux for one in traced]), np.array(lost)
+        return Batch(np.stack([one.flux for one in traced]), np.array(lost), paths)
 
 
 def peak_bytes() -> int:

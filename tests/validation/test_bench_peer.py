@@ -28,7 +28,7 @@ def surface():
 @pytest.fixture(scope="module")
 def ours(surface):
     side = Ours(surface, 0.5, workers=1, fixed=True)
-    return np.stack([figures(side.batch(THETAS, KD, PATHS, k)[0]) for k in range(BATCHES)])
+    return np.stack([figures(side.batch(THETAS, KD, PATHS, k).flux) for k in range(BATCHES)])
 
 
 def theirs(surface, n, reflectance):
