@@ -45,9 +45,12 @@ def test_interval_of_a_lobes_median_holds_the_true_ratio(truth, honest, monkeypa
 
 def test_what_hardly_any_path_reaches_is_not_judged():
     rng = np.random.default_rng(3)
-    dim = np.full(32, 0.9 * efficiency.BRIGHT / PATHS) + 1e-9 * rng.standard_normal(32)
-    assert efficiency.figure_ratio(dim, dim, 1.0, PATHS) is None
-    assert efficiency.lobe_ratio(dim[:, None], dim[:, None], 1.0, PATHS, rng) is None
+    few = 1e-9 * rng.standard_normal((32, 1))
+    for reached, judged in ((0.9, False), (1.1, True)):
+        figure = (few + reached * efficiency.BRIGHT / PATHS)[:, 0]
+        assert (efficiency.figure_ratio(figure, figure, 1.0, PATHS) is not None) == judged
+        bins = few + reached * efficiency.BRIGHT_BIN / PATHS
+        assert (efficiency.lobe_ratio(bins, bins, 1.0, PATHS, rng) is not None) == judged
 
 
 def test_figures_and_lobes_of_a_flux():
