@@ -245,7 +245,7 @@ def main() -> int:
     """Write both tables; 1 if a bound is broken, or the control does not break it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("table", nargs="*", help="facets, albedos, or both if none is named")
-    parser.add_argument("--light", type=int, default=200_000, help="light rays, 5 paths each")
+    parser.add_argument("--light", type=int, default=200_000, help="light rays of each run")
     asked = parser.parse_args()
     broken: list[dict[str, float | str]] = []
     if "facets" in asked.table or not asked.table:
