@@ -14,7 +14,7 @@ import jinja2
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from .. import __version__, summary
+from .. import __version__, precision, summary
 from ..errors import InputError
 from ..files import check_writable, whole_file
 from ..validate import Validation, as_json
@@ -29,9 +29,10 @@ _EFFECTS = (
 )
 _LOBES = (
     "Lobes in the plane of incidence, Kd = {kd:g}. Points: traced on the explicit surface, "
-    "bands 95 % over {basis}. Coloured lines: single scattering by the theory, integrated over "
-    "the same bins; black line: all orders by its random walk."
+    "bands 95 % over {basis}{bound}. Coloured lines: single scattering by the theory, integrated "
+    "over the same bins; black line: all orders by its random walk."
 )
+_BOUND = " (order 1: from the weights of its paths; all orders: an upper bound)"
 _ALBEDOS = (
     "Albedo by the number of facets met. Bars: standard deviation between surfaces. Open red "
     "symbols: the same orders by the random walk."
@@ -62,7 +63,10 @@ def write(entries: list[Validation], out: Path, seed: int) -> None:
         "command": shlex.join(["microsurf", *sys.argv[1:]]),
         "python": platform.python_version(),
         "libraries": {name: version(name) for name in _LIBRARIES},
-        "scenes": [as_json(entry) for entry in entries],
+        "scenes": [
+            {**as_json(entry), "errors": precision.as_json(entry.measured, entry.scene)}
+            for entry in entries
+        ],
     }
     with whole_file(out / "report.json") as temporary:
         temporary.write_text(
@@ -77,7 +81,8 @@ def write(entries: list[Validation], out: Path, seed: int) -> None:
     )
     page = environment.get_template("report.html.jinja").render(
         document=document,
-        quantities=summary.QUANTITIES,
+        quantities=summary.QUANTITIES | precision.LOBES,
+        verdicts=summary.QUANTITIES,
         entries=[(entry, _figures(entry)) for entry in entries],
     )
     with whole_file(out / "report.html") as temporary:
@@ -93,11 +98,12 @@ def _figures(entry: Validation) -> list[tuple[str, str]]:
     """Pictures of a scene as data addresses, each with its caption."""
     kd = entry.scene.material.kd[0]
     basis = entry.comparisons[0].basis if entry.comparisons else "nothing"
+    surfaces = entry.measured.sizes["realisation"]
     pictures = [
         (plots.effects(entry.comparisons), _EFFECTS.format(basis=basis)),
         (
             plots.lobes(entry.measured, entry.predicted, entry.scene, kd),
-            _LOBES.format(kd=kd, basis=basis),
+            _LOBES.format(kd=kd, basis=basis, bound=_BOUND if surfaces == 1 else ""),
         ),
         (plots.albedos(entry.measured, entry.predicted, entry.scene, kd), _ALBEDOS),
     ]

@@ -6,8 +6,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
-from scipy import stats
 
 from .. import result, summary
 from ..errors import InputError
@@ -16,6 +14,7 @@ from ..scene import Scene
 from ..scene_file import from_toml
 from ..surface import Heightfield, facet_slopes
 from ..verdict import Comparison
+from .bands import cut, half_widths
 
 # Okabe and Ito's palette: told apart by the colour-blind; line styles say it again.
 BLACK, ORANGE, BLUE, VERMILION, GREY = (
@@ -35,9 +34,6 @@ _MODEL_STYLE = {
     "smith-walk": ("-", "Smith walk"),
     "vcavity-walk": (":", "V-cavity walk"),
 }
-_CONFIDENCE = 0.95
-
-Array = NDArray[np.float64]
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -119,21 +115,8 @@ def lobes(
     return figure
 
 
-def cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
-    """BRDF at one incidence in its plane, θ_o signed; where every plane is one, their mean."""
-    density = result.brdf(result.by_kind(dataset.flux, scene.material.n, kd))
-    if _no_plane(dataset, scene):
-        density = density * 0 + density.mean("phi_o")
-    return result.in_plane(density)
-
-
-def _no_plane(dataset: xr.Dataset, scene: Scene) -> bool:
-    """Whether incidence is normal on an isotropic surface."""
-    return float(dataset.theta_i) == 0 and scene.roughness.isotropic
-
-
 def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) -> list[float]:
-    """Order 1 by kind, and all orders together, with bands over the realisations."""
+    """Order 1 by kind, and all orders together, with the bands of `bands`."""
     density = cut(measured, scene, kd)
     curves = {
         "specular": density.sel(order=1, kind="specular"),
@@ -141,7 +124,7 @@ def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) 
         "total": density.sum(("order", "kind")),
     }
     levels = []
-    bands = _bands(curves, measured, scene)
+    bands = half_widths(curves, measured, scene, kd)
     for name, curve in curves.items():
         colour, marker, label = _QUANTITY_STYLE[name]
         mean = curve.mean("realisation").values
@@ -159,27 +142,6 @@ def _measured_lobes(panel: Axes, measured: xr.Dataset, scene: Scene, kd: float) 
         )  # fmt: skip
         levels += [float(mean.max()), float(np.quantile(mean[mean > 0], 0.05))]
     return levels
-
-
-def _bands(
-    curves: Mapping[str, xr.DataArray], measured: xr.Dataset, scene: Scene
-) -> dict[str, Array]:
-    """Half widths of 95 % bands: over realisations, or from the rays where there is one."""
-    count = measured.sizes["realisation"]
-    if count > 1:
-        factor = float(stats.t.ppf((1 + _CONFIDENCE) / 2, count - 1)) / np.sqrt(count)
-        return {k: factor * c.std("realisation", ddof=1).values for k, c in curves.items()}
-    # Paths are counted, and none weighs more than 1: Poisson's variance is an upper bound.
-    normal = float(stats.norm.ppf((1 + _CONFIDENCE) / 2))
-    a_bin = measured.flux.isel(realisation=0, order=0, body_events=0, drop=True)
-    size = result.in_plane(xr.zeros_like(a_bin) + result.projected_solid_angles())
-    averaged = _no_plane(measured, scene) | (size.theta_o == 0)
-    size = size * (1 + (result.SECTORS - 1) * averaged)
-    paths = float(measured.paths.sum())
-    return {
-        name: np.asarray(normal * np.sqrt(curve.isel(realisation=0).values / (paths * size)))
-        for name, curve in curves.items()
-    }
 
 
 def _predicted_lobes(
