@@ -103,3 +103,4 @@ def put(wave, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch):
     wave.weight[r] = weight
     wave.state[r, 0], wave.state[r, 1] = order, body
     wave.state[r, 2], wave.state[r, 3] = wraps, batch
+    wave.state[r, 6], wave.state[r, 7] = -1, 0

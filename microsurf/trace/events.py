@@ -5,10 +5,10 @@ off the facet by a distance that scales with float32's rounding of the coordinat
 and far enough inside the triangle that this step stays above it: a heightfield has
 nothing above its own triangle, so the new origin is above the surface.
 
-A light ray is *split* at its first facet: one path is mirrored with weight F, `BODY_PATHS`
-come out of the substrate with weight T/BODY_PATHS each (Arvo & Kirk 1990, "Particle transport
-and image synthesis"). The weights add up to the light ray's, so the books close ray by ray.
-At later facets a path draws one of both.
+A light ray is *split* at its first facet: one path is mirrored with weight F, the rest T
+comes out of the substrate as a fan, see `fans` (splitting: Arvo & Kirk 1990, "Particle
+transport and image synthesis"). The weights add up to the light ray's, so the books close
+ray by ray. At later facets a path draws one of both.
 """
 
 import numpy as np
@@ -16,27 +16,13 @@ from numba import njit
 
 from .. import result
 from .empty_space import MOST_WRAPS, OFFSET, advance, put
+from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
 from .grid import MARGIN
 from .wave import ABSORBED, BEHIND, BELOW, LEFT_OUT, WRAPPED
 
-BODY_PATHS = 4
-"""Paths out of the substrate at a light ray's first facet."""
-
 _BACK = 1e-6  # float32 directions may meet a grazed triangle from behind by this cosine
-_EDGE = 1e-4  # a ray that grazes a ridge may be said to hit its far side, this near the edge
-_GOLDEN = (np.sqrt(5) - 1) / 2
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def transmittance(mu, n, k):
-    """T(μ) as in `physics.fresnel.transmittance`, one number at a time; k > 0 is a conductor."""
-    if k > 0:
-        eta2 = complex((n - k) * (n + k), 2 * n * k)
-        root = np.sqrt(complex((n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k))
-        across, along = abs(root + mu) ** 2, abs(eta2 * mu + root) ** 2
-        return 2 * mu * (root.real / across + (eta2 * root.conjugate()).real / along)
-    g = np.sqrt((n - 1) * (n + 1) + mu * mu)
-    return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
+_PASSES = 8 * 2.0**-23  # of the ray's length: as near float32 may take it to pass an edge
+_AGAIN = 3  # times a ray that fell through an edge is sent again, from a little above
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -54,26 +40,25 @@ def _corners(cell_x, cell_y, side, heights, flipped):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _body_direction(mx, my, mz, s, turn, n, bound, interface, rng):
+def _body_direction(mx, my, mz, facet, bound, rng):
     """Direction of light that leaves the substrate: ∝ T(μ_o) μ_o about the normal.
 
-    A uniform point of the sphere that touches the facet, here by s and turn in [0, 1),
-    is a cosine lobe; kept ∝ T(μ_o) it leaves every body event the same weight.
+    A uniform point of the sphere that touches the facet is a cosine lobe; kept ∝ T(μ_o)
+    it leaves every body event the same weight.
     """
     while True:
-        s = 2 * s - 1
-        azimuth = 2 * np.pi * turn
+        s = 2 * rng.random() - 1
+        azimuth = 2 * np.pi * rng.random()
         ring = np.sqrt(1 - s * s)
         dx, dy, dz = mx + ring * np.cos(azimuth), my + ring * np.sin(azimuth), mz + s
         norm = np.sqrt(dx * dx + dy * dy + dz * dz)
         if norm > 1e-9:
             dx, dy, dz = dx / norm, dy / norm, dz / norm
-            if not interface:
+            if not facet.interface:
                 return dx, dy, dz
             mu = dx * mx + dy * my + dz * mz
-            if mu > 0 and rng.random() * bound < transmittance(mu, n, 0.0):
+            if mu > 0 and rng.random() * bound < transmittance(mu, facet.n, 0.0):
                 return dx, dy, dz
-        s, turn = rng.random(), rng.random()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -96,162 +81,265 @@ def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosi
             ring = middle + 1
         else:
             last = middle
-    turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * result.SECTORS
-    sector = int(np.floor(turn + 0.5)) % result.SECTORS
-    detector.energy[body, row, ring, sector] += weight
+    sector = sector_of(dx, dy, azimuth)
+    detector.energy[body, row, sector, ring] += weight
     detector.batches[batch, row, body] += weight
     if order == 1:
-        detector.squares[body, ring, sector] += weight * weight
+        detector.squares[body, sector, ring] += weight * weight
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _onward(r, wave, grid, x0, y0, top, reach):
+    """A ray that met no triangle: out above, lost, or round the period.
+
+    Returns 1 if it is out, how it ended if ≥ 0, where it is now, times round the period.
+    """
+    dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
+    px, py = float(wave.origins[r, 0]), float(wave.origins[r, 1])
+    pz = float(wave.origins[r, 2])
+    wraps = wave.state[r, 2]
+    tx = ty = np.inf
+    if dx != 0:
+        tx = (x0 + grid.flipped.shape[1] - px) / dx if dx > 0 else (x0 - px) / dx
+    if dy != 0:
+        ty = (y0 + grid.flipped.shape[0] - py) / dy if dy > 0 else (y0 - py) / dy
+    t = min(tx, ty)
+    z = pz + t * dz if t < np.inf else np.copysign(np.inf, dz)
+    if dz > 0 and z >= top:
+        return 1, -1, px, py, pz, wraps
+    if dz <= 0 and z < grid.bottom:
+        return 0, BELOW, px, py, pz, wraps
+    if wraps >= MOST_WRAPS:
+        return 0, WRAPPED, px, py, pz, wraps
+    # A little back, so that rounding leaves no gap between the two parts.
+    t = max(0.0, t - (2.0**-19 * reach + 2.0**-20 * t))
+    px, py, pz = px + t * dx, py + t * dy, pz + t * dz
+    if tx <= ty:
+        px -= np.copysign(float(grid.columns), dx)
+    else:
+        py -= np.copysign(float(grid.rows), dy)
+    ahead, px, py, pz, more = advance(
+        px, py, pz, dx, dy, dz, grid.tops, grid.levels,
+        x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
+    )  # fmt: skip
+    wraps += 1 + more
+    if ahead == 1:
+        return 1, -1, px, py, pz, wraps
+    return 0, WRAPPED if wraps >= MOST_WRAPS else -1, px, py, pz, wraps
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _edge(x, y, z):
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _met(r, wave, triangle, u, v, grid, x0, y0, reach):
+    """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start."""
+    width = grid.flipped.shape[1]
+    cell, side = triangle // 2, triangle % 2
+    cell_y, cell_x = cell // width, cell % width
+    ax, ay, az, bx, by, bz, ex, ey, ez, p, q = _corners(
+        cell_x, cell_y, side, grid.heights, grid.flipped
+    )
+    length = np.sqrt(1 + p * p + q * q)
+    mx, my, mz = -p / length, -q / length, 1 / length
+    mu = -(wave.directions[r, 0] * mx + wave.directions[r, 1] * my + wave.directions[r, 2] * mz)
+    wb, we = float(u), float(v)
+    wa = 1 - wb - we
+    grazed = False
+    if mu < -_BACK:
+        # The far side of a ridge, met where the ray passes its edge: distances in the
+        # plane across the ray are heights of the triangle times |μ|.
+        ox, oy, oz = wave.origins[r, 0], wave.origins[r, 1], wave.origins[r, 2]
+        cx, cy = cell_x + x0, cell_y + y0
+        far = 2 + np.sqrt((cx - ox) ** 2 + (cy - oy) ** 2 + (az - oz) ** 2)
+        far *= _PASSES / (length * -mu)
+        grazed = (
+            wa < far * _edge(bx - ex, by - ey, bz - ez)
+            or wb < far * _edge(ax - ex, ay - ey, az - ez)
+            or we < far * _edge(ax - bx, ay - by, az - bz)
+        )
+    # Where the next ray starts, see the module's text.
+    step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
+    inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
+    wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
+    total = wa + wb + we
+    wa, wb, we = wa / total, wb / total, we / total
+    px = (cell_x - MARGIN) % grid.columns + MARGIN + x0
+    py = (cell_y - MARGIN) % grid.rows + MARGIN + y0
+    px += wa * ax + wb * bx + we * ex + step * mx
+    py += wa * ay + wb * by + we * ey + step * my
+    pz = wa * az + wb * bz + we * ez + step * mz
+    return mx, my, mz, mu, grazed, px, py, pz
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def take_events(
     active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
-    facet, bound, azimuths, ring_cosines, body_edges, detector, rng,
+    facet, bound, azimuths, ring_cosines, body_edges, rings, found, detector, rng,
 ):  # fmt: skip
     """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
 
     A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
+    ``found`` counts where fans had their first blocked ring, to find the next one sooner.
     Returns the number of rays that go on, of those among them that have met no facet
-    yet, and of grazes.
+    yet, of grazes, and of rays that fell through an edge and are sent again.
     """
-    width = grid.flipped.shape[1]
-    x1, y1 = x0 + width, y0 + grid.flipped.shape[0]
-    body_paths = BODY_PATHS if facet.substrate else 0
-    branches = body_paths + (1 if facet.interface or not facet.substrate else 0)
-    alive = unmet = grazes = 0
+    branches = 2 if facet.interface and facet.substrate else 1
+    light = np.zeros(len(rings.edges) - 1)
+    fan = np.zeros(FAN)
+    alive = unmet = grazes = leaks = 0
     for r in range(active):
         dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
         order, body = wave.state[r, 0], wave.state[r, 1]
         wraps, batch = wave.state[r, 2], wave.state[r, 3]
+        tried = wave.state[r, 6]  # the ring of a fan's ray, −1 for any other ray
         weight = wave.weight[r]
+        same = out = False
         end = -1
+        mx = my = mz = mu = 0.0
         if triangle[r] < 0:
-            # Out of the tile's side: above everything, below everything, or round the period.
-            px, py = float(wave.origins[r, 0]), float(wave.origins[r, 1])
-            pz = float(wave.origins[r, 2])
-            tx = ty = np.inf
-            if dx != 0:
-                tx = (x1 - px) / dx if dx > 0 else (x0 - px) / dx
-            if dy != 0:
-                ty = (y1 - py) / dy if dy > 0 else (y0 - py) / dy
-            t = min(tx, ty)
-            z = pz + t * dz if t < np.inf else np.copysign(np.inf, dz)
-            ahead = 0
-            if dz > 0 and z >= top:
-                ahead = 1
-            elif dz <= 0 and z < grid.bottom:
-                end = BELOW
-            elif wraps >= MOST_WRAPS:
-                end = WRAPPED
-            else:
-                # A little back, so that rounding leaves no gap between the two parts.
-                t = max(0.0, t - (2.0**-19 * reach + 2.0**-20 * t))
-                px, py, pz = px + t * dx, py + t * dy, pz + t * dz
-                if tx <= ty:
-                    px -= np.copysign(float(grid.columns), dx)
-                else:
-                    py -= np.copysign(float(grid.rows), dy)
-                ahead, px, py, pz, more = advance(
-                    px, py, pz, dx, dy, dz, grid.tops, grid.levels,
-                    x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
-                )  # fmt: skip
-                wraps += 1 + more
-                if ahead != 1 and wraps >= MOST_WRAPS:
-                    end = WRAPPED
-            if ahead == 1:
-                _arrive(
-                    detector, dx, dy, dz, weight, order, body, batch,
-                    azimuths[batch], ring_cosines, body_edges,
-                )  # fmt: skip
-            elif end >= 0:
-                detector.ended[end] += weight
-                detector.lost[end] += 1 if order > 0 else branches
-            else:
-                put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
-                alive += 1
-                unmet += order == 0
+            gone, end, px, py, pz, wraps = _onward(r, wave, grid, x0, y0, top, reach)
+            out = gone == 1
+            same = not out and end < 0
+        else:
+            mx, my, mz, mu, same, px, py, pz = _met(
+                r, wave, triangle[r], u[r], v[r], grid, x0, y0, reach
+            )
+            grazes += same
+            if mu < -_BACK and not same:
+                end = BEHIND
+            elif order >= 1 and tried < 0 and not facet.multiple_scattering and not same:
+                end = LEFT_OUT
+        again = wave.state[r, 7]
+        if end in (BELOW, BEHIND) and again < _AGAIN:
+            # Embree lets a ray through an edge, once in 1e9: from a little above it does not.
+            # Above a heightfield nothing is in the way; light from the zenith steps aside.
+            again += 1
+            leaks += 1
+            lift = again * 2.0**-20 * reach
+            aside = lift if order == 0 else 0.0
+            px, py = wave.origins[r, 0] + aside, wave.origins[r, 1] + 0.7 * aside
+            pz = wave.origins[r, 2] + lift
+            wraps = wave.state[r, 2]
+            same = True
+        if same:
+            put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
+            for j in range(4, 7):
+                then.state[alive, j] = wave.state[r, j]
+            then.state[alive, 7] = again
+            if tried >= 0:
+                for j in range(FAN):
+                    then.fan[alive, j] = wave.fan[r, j]
+            alive += 1
+            unmet += order == 0
             continue
-
-        cell, side = triangle[r] // 2, triangle[r] % 2
-        cell_y, cell_x = cell // width, cell % width
-        ax, ay, az, bx, by, bz, ex, ey, ez, p, q = _corners(
-            cell_x, cell_y, side, grid.heights, grid.flipped
-        )
-        length = np.sqrt(1 + p * p + q * q)
-        mx, my, mz = -p / length, -q / length, 1 / length
-        mu = -(dx * mx + dy * my + dz * mz)
-        wb, we = float(u[r]), float(v[r])
-        wa = 1 - wb - we
-        grazed = mu < -_BACK and min(wa, wb, we) < _EDGE
-        if mu < -_BACK and not grazed:
-            end = BEHIND
-        elif order >= 1 and not facet.multiple_scattering and not grazed:
-            end = LEFT_OUT
         if end >= 0:
             detector.ended[end] += weight
             detector.lost[end] += 1 if order > 0 else branches
             continue
-
-        # Where the next rays start, see the module's text.
-        step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
-        inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
-        wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
-        total = wa + wb + we
-        wa, wb, we = wa / total, wb / total, we / total
-        px = (cell_x - MARGIN) % grid.columns + MARGIN + x0
-        py = (cell_y - MARGIN) % grid.rows + MARGIN + y0
-        px += wa * ax + wb * bx + we * ex + step * mx
-        py += wa * ay + wb * by + we * ey + step * my
-        pz = wa * az + wb * bz + we * ez + step * mz
-
-        if grazed:
-            grazes += 1
-            put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
-            alive += 1
-            unmet += order == 0
+        if tried >= 0:
+            for j in range(FAN):
+                fan[j] = wave.fan[r, j]
+            low, high = wave.state[r, 4], wave.state[r, 5]
+            if out:
+                low = tried + 1
+            else:
+                high = tried
+            alive = _search(
+                fan, low, high, weight, batch, azimuths[batch], grid,
+                facet, rings, found, light, detector, rng, then, alive,
+            )  # fmt: skip
+            continue
+        if out:
+            _arrive(
+                detector, dx, dy, dz, weight, order, body, batch,
+                azimuths[batch], ring_cosines, body_edges,
+            )  # fmt: skip
             continue
 
         mu = min(max(mu, 1e-12), 1.0)
         through = transmittance(mu, facet.n, facet.k) if facet.interface else 1.0
+        mirrored = facet.interface
+        scattered = facet.substrate
+        mirror_weight = weight
         if order == 0:
-            mirrors = 1 if facet.interface else 0
-            bodies = body_paths
-            mirror_weight, body_weight = (1 - through) * weight, 0.0
-            if bodies > 0:
-                body_weight = through * weight / bodies
-            else:
+            mirror_weight = (1 - through) * weight
+            if not scattered:
                 detector.ended[ABSORBED] += through * weight
         else:
-            mirrors = 1 if facet.interface and rng.random() >= through else 0
-            bodies = 1 - mirrors
-            mirror_weight = body_weight = weight
-            if bodies and (
-                not facet.substrate
-                or (body >= result.BODY_EXACT and rng.random() >= facet.survival)
-            ):
-                bodies = 0
+            mirrored = mirrored and rng.random() >= through
+            scattered = scattered and not mirrored
+            if scattered and body >= result.BODY_EXACT:
+                scattered = rng.random() < facet.survival
+            if not mirrored and not scattered:
                 detector.ended[ABSORBED] += weight
-        order += 1
-        # The bodies' directions are a lattice of rank one, shifted at random.
-        s, turn = rng.random(), rng.random()
-        for j in range(mirrors + bodies):
-            if j < mirrors:
-                ox, oy, oz = _mirrored(dx, dy, dz, mx, my, mz, mu)
-                now, share = body, mirror_weight
-            else:
-                ox, oy, oz = _body_direction(
-                    mx, my, mz, s, turn, facet.n, bound, facet.interface, rng
-                )
-                s = (s + 1 / bodies) % 1.0
-                turn = (turn + _GOLDEN) % 1.0
-                now, share = body + 1, body_weight
+        if mirrored:
+            ox, oy, oz = _mirrored(dx, dy, dz, mx, my, mz, mu)
             if oz > 0 and pz >= top:
                 _arrive(
-                    detector, ox, oy, oz, share, order, now, batch,
+                    detector, ox, oy, oz, mirror_weight, order + 1, body, batch,
                     azimuths[batch], ring_cosines, body_edges,
                 )  # fmt: skip
             else:
-                put(then, alive, px, py, pz, ox, oy, oz, share, order, now, wraps, batch)
+                put(
+                    then, alive, px, py, pz, ox, oy, oz,
+                    mirror_weight, order + 1, body, wraps, batch,
+                )  # fmt: skip
                 alive += 1
-    return alive, unmet, grazes
+        if scattered:
+            ox, oy, oz = _body_direction(mx, my, mz, facet, bound, rng)
+            if order > 0:
+                put(then, alive, px, py, pz, ox, oy, oz, weight, order + 1, body + 1, wraps, batch)
+                alive += 1
+                continue
+            across = max(np.hypot(ox, oy), 1e-300)
+            fan[0], fan[1], fan[2] = px, py, pz
+            fan[3], fan[4] = ox / across, oy / across
+            fan[5], fan[6] = mz, mx * fan[3] + my * fan[4]
+            fan[7] = rng.random()
+            # The fan's rays may be blocked from the first ring, or from none.
+            last = np.pi / 2 + np.arctan2(fan[6], mz)
+            high = min(np.searchsorted(rings.edges, last), len(ring_cosines))
+            low = high if pz >= top else 0  # nothing is above the highest point
+            alive = _search(
+                fan, low, high, through * weight, batch, azimuths[batch], grid,
+                facet, rings, found, light, detector, rng, then, alive,
+            )  # fmt: skip
+    return alive, unmet, grazes, leaks
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _search(
+    fan,
+    low,
+    high,
+    weight,
+    batch,
+    azimuth,
+    grid,
+    facet,
+    rings,
+    found,
+    light,
+    detector,
+    rng,
+    then,
+    alive,
+):
+    """Send a fan's next ray, or count what it sees and send what is blocked on its way."""
+    if low < high:
+        ring = next_probe(fan, low, high, found, grid)
+        probe(then, alive, fan, ring, weight, batch, rings)
+        then.state[alive, 4], then.state[alive, 5], then.state[alive, 6] = low, high, ring
+        return alive + 1
+    found[like(fan, grid), low] += 1
+    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, detector, rng)
+    if ring < 0:
+        return alive
+    if not facet.multiple_scattering:
+        detector.ended[LEFT_OUT] += weight
+        return alive
+    probe(then, alive, fan, ring, weight, batch, rings)
+    return alive + 1

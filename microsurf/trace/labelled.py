@@ -37,7 +37,7 @@ def labelled(
     flux = np.zeros((*shape, orders, events, *bins))
     variance = np.zeros((*shape, len(result.KINDS), *bins))
     batches, batch_light = np.zeros((*shape, most, orders, events)), np.zeros((*shape, most))
-    counts = np.zeros((*shape, 4))
+    counts = np.zeros((*shape, 5))
     arrived, ended, lost = np.zeros(shape), *(np.zeros((*shape, len(ENDS))) for _ in range(2))
     weight = facet.path_weight(events)
     for r, row in enumerate(tallies):
@@ -69,8 +69,9 @@ def labelled(
         },
     )
     dims = ("realisation", "theta_i", "phi_i")
-    for name, values in zip(("light_rays", "paths", "rays", "grazes"), counts.T, strict=True):
-        measured[name] = (dims, values.T)
+    names = ("light_rays", "paths", "rays", "grazes", "leaks")
+    for k, name in enumerate(names):
+        measured[name] = (dims, counts[..., k])
     measured["arrived"] = (dims, arrived)
     measured["ended"] = ((*dims, "cause"), ended)
     measured["ended_paths"] = ((*dims, "cause"), lost)

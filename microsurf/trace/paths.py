@@ -15,7 +15,8 @@ from ..physics.fresnel import transmittance_bound
 from .beam import beam
 from .embree import Hits, Rays
 from .empty_space import OFFSET, launch
-from .events import BODY_PATHS, take_events
+from .events import take_events
+from .fans import LIKE, all_rings
 from .grid import Grid
 from .wave import BATCHES, ENDS, empty_detector, empty_wave
 
@@ -50,9 +51,8 @@ class Facet(NamedTuple):
 
     @property
     def branches(self) -> int:
-        """How many paths each light ray becomes at its first facet, see `events`."""
-        body = BODY_PATHS if self.substrate else 0
-        return body + (1 if self.interface or not self.substrate else 0)
+        """How many paths each light ray becomes at its first facet: mirrored, and a fan."""
+        return 2 if self.interface and self.substrate else 1
 
     def path_weight(self, events: int) -> NDArray[np.float64]:
         """How many paths one path stands for, in the first ``events`` bins of body events."""
@@ -81,8 +81,9 @@ class Tally:
         purpose at a second facet, or lost, by cause.
     lost : ndarray, shape (len(ENDS),)
         Paths it ended with; what is absorbed at the first facet ends no path.
-    counts : ndarray, shape (4,)
-        Light rays, paths, rays traced, and rays that grazed a ridge and went on.
+    counts : ndarray, shape (5,)
+        Light rays, paths, rays traced, and of these those that grazed a ridge and went
+        on, and those that fell through an edge of the mesh and were sent again.
     seconds : ndarray, shape (2,)
         What tracing took, and what of it passed inside Embree.
 
@@ -116,6 +117,11 @@ class Tally:
     def grazes(self) -> int:
         """Rays that grazed a ridge and went on."""
         return int(self.counts[3])
+
+    @property
+    def leaks(self) -> int:
+        """Rays that fell through an edge and were sent again from a little above."""
+        return int(self.counts[4])
 
     def __add__(self, other: "Tally") -> "Tally":
         """Add up; the one with fewer body events is padded with zeros.
@@ -171,10 +177,11 @@ def trace(
     starts, batch, incident, azimuths = beam(theta, phi, light, grid, rng, turn=turn)
     ring_cosines = np.cos(np.radians(result.RING_EDGES[1:]))
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
-    detector = empty_detector()
+    detector, rings = empty_detector(), all_rings(facet.n if facet.interface else 1.0)
+    found = np.ones((LIKE, result.RINGS + 1), np.int64)
     # Every light ray needs room for all it is split into.
     wave, then = (empty_wave(max(WAVE, facet.branches)) for _ in range(2))
-    active = unmet = started = traced = grazes = 0
+    active = unmet = started = traced = grazes = leaks = 0
     while True:
         room = len(wave.weight) - active - (facet.branches - 1) * unmet
         fresh = min(room // facet.branches, light - started)
@@ -188,22 +195,22 @@ def trace(
         hits = tile.intersect(wave.origins[:active], wave.rays[:active])
         inside += time.perf_counter() - called
         traced += active
-        active, unmet, grazed = take_events(
+        active, unmet, grazed, leaked = take_events(
             active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, bound, azimuths, ring_cosines, result.BODY_EDGES, detector, rng,
+            facet, bound, azimuths, ring_cosines, result.BODY_EDGES, rings, found, detector, rng,
         )  # fmt: skip
         wave, then = then, wave
-        grazes += grazed
+        grazes, leaks = grazes + grazed, leaks + leaked
     seen = np.flatnonzero(detector.energy.any(axis=(1, 2, 3)))
     events = int(seen[-1]) + 1 if len(seen) else 1
     return Tally(
-        detector.energy[:events].swapaxes(0, 1).copy(),
-        detector.squares,
+        detector.energy[:events].transpose(1, 0, 3, 2).copy(),
+        detector.squares.swapaxes(1, 2).copy(),
         detector.batches[:, :, :events].copy(),
         np.bincount(batch, minlength=BATCHES).astype(float),
         detector.ended,
         detector.lost,
-        np.array([light, light * facet.branches, traced, grazes]),
+        np.array([light, light * facet.branches, traced, grazes, leaks]),
         np.array([time.perf_counter() - begin, inside]),
     )
 

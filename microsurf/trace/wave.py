@@ -19,13 +19,19 @@ ABSORBED, LEFT_OUT, BELOW, BEHIND, WRAPPED = range(len(ENDS))
 
 
 class Wave(NamedTuple):
-    """Rays under way. State: facet events, body events, times round the period, batch."""
+    """Rays under way.
+
+    State: facet events, body events, times round the period, batch; and of a fan's ray
+    (see `fans`) the rings between which the first blocked one is, and its own, else −1;
+    how often it was lost and sent again.
+    """
 
     origins: NDArray[np.float32]
     rays: NDArray[np.float32]
     directions: NDArray[np.float64]
     weight: NDArray[np.float64]
     state: NDArray[np.int64]
+    fan: NDArray[np.float64]
 
 
 def empty_wave(size: int) -> Wave:
@@ -35,7 +41,8 @@ def empty_wave(size: int) -> Wave:
         np.zeros((size, 3), np.float32),
         np.zeros((size, 3)),
         np.zeros(size),
-        np.zeros((size, 4), np.int64),
+        np.zeros((size, 8), np.int64),
+        np.zeros((size, 8)),
     )
 
 
@@ -44,9 +51,9 @@ class Detector(NamedTuple):
 
     Attributes
     ----------
-    energy : ndarray, shape (body_events, order, rings, sectors)
+    energy : ndarray, shape (body_events, order, sectors, rings)
         Light that arrived in each bin.
-    squares : ndarray, shape (kind, rings, sectors)
+    squares : ndarray, shape (kind, sectors, rings)
         Sum of squared weights of order 1, specular and with one body event.
     batches : ndarray, shape (BATCHES, order, body_events)
         Light that arrived, by batch.
@@ -68,8 +75,8 @@ def empty_detector() -> Detector:
     """Nothing seen yet."""
     events, orders = len(result.BODY_EVENTS), len(result.ORDERS)
     return Detector(
-        np.zeros((events, orders, result.RINGS, result.SECTORS)),
-        np.zeros((len(result.KINDS), result.RINGS, result.SECTORS)),
+        np.zeros((events, orders, result.SECTORS, result.RINGS)),
+        np.zeros((len(result.KINDS), result.SECTORS, result.RINGS)),
         np.zeros((BATCHES, orders, events)),
         np.zeros(len(ENDS)),
         np.zeros(len(ENDS), np.int64),

@@ -3,11 +3,10 @@ import operator
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from microsurf import result
 from microsurf.physics import facet, fresnel
-from microsurf.trace import empty_space, events, paths
+from microsurf.trace import empty_space, fans, paths
 from microsurf.trace.beam import direction, stratified_points
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights
@@ -60,10 +59,10 @@ def share(tally, of_batches):
 def test_the_kernel_has_the_law_of_physics():
     mu = np.concatenate([np.geomspace(1e-9, 1, 200)])
     for n in (1 + 1e-9, 1.33, 1.5, 2.4, 100.0):
-        kernel = [events.transmittance(m, n, 0.0) for m in mu]
+        kernel = [fans.transmittance(m, n, 0.0) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
     for n, k in CONDUCTORS:
-        kernel = [events.transmittance(m, n, k) for m in mu]
+        kernel = [fans.transmittance(m, n, k) for m in mu]
         np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n, k), rtol=1e-13)
 
 
@@ -84,12 +83,6 @@ def test_all_light_is_accounted_for(facets, theta):
     assert (paths.ends(tally)["absorbed"] > 0) == (facets is MIRROR)
 
 
-def test_a_path_lost_before_its_first_facet_counts_for_all_it_would_have_become():
-    tally = paths.trace(FarSide(0.3, 0.3), 80, 0.0, IL, 1000, np.random.default_rng(1))
-    assert tally.lost[paths.ENDS.index("behind")] == tally.paths == 1000
-    assert paths.ends(tally)["behind"] == pytest.approx(tally.light)
-
-
 @pytest.mark.parametrize("theta", [0, 30, 60, 80, 89])
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.4])
 def test_a_flat_mesh_is_one_facet(theta, n):
@@ -108,25 +101,24 @@ def test_a_flat_mesh_is_one_facet(theta, n):
         ] or (theta == 0)
 
 
-@pytest.mark.parametrize("n", [1.5, 5.0])
+@pytest.mark.parametrize("n", [1.0, 1.5, 5.0])
 def test_body_events_leave_as_transmission_times_cosine(n):
-    """Chi-square over rings of a flat facet, false-alarm rate 1e−4; a cosine lobe must fail.
+    """Rings of a flat facet against quadrature; a fan holds each ring's light to 1e−6 of all.
 
-    n = 5 lies where T is not largest at normal incidence.
+    n = 5 lies where T is not largest at normal incidence. A cosine lobe is told apart.
     """
-    facets = paths.Facet(n, interface=True, substrate=True, multiple_scattering=True)
-    tally = follow(Plane(), 30, facets, count=1_000_000)
+    facets = paths.Facet(n, n > 1, substrate=True, multiple_scattering=True)
+    tally = follow(Plane(), 30, facets, count=8000)
     edges = np.cos(np.radians(result.RING_EDGES))
     nodes, weights = np.polynomial.legendre.leggauss(20)
     middle, half = (edges[:-1] + edges[1:]) / 2, (edges[:-1] - edges[1:]) / 2
     mu = middle[:, None] + half[:, None] * nodes
     seen = tally.energy[0, 1].sum(axis=1)
-    seen *= 4 * tally.light / seen.sum()  # paths; a lattice of four spreads no more than free ones
-    limit = stats.chi2.isf(1e-4, result.RINGS - 1)
-    for law, passes in ((mu * fresnel.transmittance(mu, n), True), (mu, False)):
+    laws = [mu * (fresnel.transmittance(mu, n) if n > 1 else 1.0), mu]
+    for law in laws:
         share = (law * weights).sum(axis=1) * half
-        expected = seen.sum() * share / share.sum()
-        assert (((seen - expected) ** 2 / expected).sum() < limit) == passes
+        gap = np.abs(seen / seen.sum() - share / share.sum()).max()
+        assert (gap < 1e-6) == (law is laws[0] or n == 1)
 
 
 def test_azimuth_of_light_and_detector():
@@ -159,31 +151,63 @@ def test_same_light_from_a_shifted_or_repeated_period():
 class FarSide:
     """A ridge along y whose far side is first said to be hit, at (u, v), by light from +x."""
 
-    def __init__(self, u, v):
+    def __init__(self, u, v, times=1):
         heights = np.tile(-np.abs(np.arange(8) - 4.0), (8, 1))
         self.tile = tile(heights)
         self.grid = self.tile.grid
         self.answer = u, v
+        self.times = times
 
     def intersect(self, origins, rays):
-        """Give the answer once, then trace."""
-        if self.answer is None:
+        """Give the answer as often as it was asked for, then trace."""
+        if not self.times:
             return self.tile.intersect(origins, rays)
+        self.times -= 1
         u, v = (np.full(len(rays), value, np.float32) for value in self.answer)
-        self.answer = None
         left_of_the_ridge = 4 * self.grid.flipped.shape[1] + 3 + 1  # one column of margin
         return Hits(np.full(len(rays), 2 * left_of_the_ridge, np.int32), u, v)
+
+
+def lit(surface):
+    return paths.trace(surface, 80, 0.0, IL, 1000, np.random.default_rng(1))
 
 
 def test_grazing_a_ridge_loses_nothing():
     """A ray that passes an edge is sometimes said to hit its far side: it goes on.
 
-    Two in 1.6 million paths at 80° were lost this way. Inside the triangle the
-    same report means a leak, and the path counts as lost.
+    Two in 1.6 million paths at 80° were lost this way.
     """
-    grazing = paths.trace(FarSide(0.5, 0.5), 80, 0.0, IL, 1000, np.random.default_rng(1))
-    assert grazing.grazes == grazing.light == 200
+    grazing = lit(FarSide(0.5, 0.5))
+    assert grazing.grazes >= grazing.light == 500
     assert grazing.energy.sum() == pytest.approx(grazing.light)
+
+
+def test_a_ray_that_leaks_is_sent_again_and_lost_in_the_end():
+    """Inside the triangle the same report means a leak: three times it is sent again."""
+    leaking = lit(FarSide(0.3, 0.3, times=3))
+    assert leaking.leaks == 3 * 500
+    assert not leaking.lost.any()
+    assert leaking.energy.sum() == pytest.approx(leaking.light)
+    lost = lit(FarSide(0.3, 0.3, times=4))
+    assert lost.lost[paths.ENDS.index("behind")] == lost.paths == 1000
+    assert paths.ends(lost)["behind"] == pytest.approx(lost.light)
+
+
+class Hole(FarSide):
+    """Lets everything through, as often as asked for."""
+
+    def intersect(self, origins, rays):
+        """Find nothing."""
+        hits = super().intersect(origins, rays)
+        if self.times:
+            hits.triangle[:] = -1
+        return hits
+
+
+def test_light_from_the_zenith_that_falls_through_a_vertex_is_sent_again():
+    through = paths.trace(Hole(0, 0, times=2), 0, 0.0, IL, 1000, np.random.default_rng(1))
+    assert through.leaks == 500
+    assert not through.lost.any()
 
 
 def test_skipping_empty_space_changes_nothing():
@@ -255,8 +279,8 @@ def test_tallies_add_up():
         paths.trace(surface, 30, 0.0, IL, count, np.random.default_rng(1)) for count in (3, 50_000)
     )
     total = a + b
-    assert (a.light, b.light) == (1, 10_000)
-    assert total.paths == 50_005
+    assert (a.light, b.light) == (2, 25_000)
+    assert total.paths == 50_004
     assert total.rays == a.rays + b.rays
     assert total.energy.sum() == pytest.approx(a.energy.sum() + b.energy.sum(), rel=1e-14)
     assert total.batch_light.sum() == total.light
