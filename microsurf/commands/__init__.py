@@ -3,6 +3,7 @@
 import click
 
 from .. import __version__
+from .convergence import convergence_command
 from .measure import measure_command
 from .plot import plot_command
 from .predict import predict_command
@@ -19,5 +20,12 @@ def cli() -> None:
     """
 
 
-for _command in (make_surface, measure_command, predict_command, validate_command, plot_command):
+for _command in (
+    make_surface,
+    measure_command,
+    predict_command,
+    validate_command,
+    convergence_command,
+    plot_command,
+):
     cli.add_command(_command)

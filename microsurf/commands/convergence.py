@@ -1,0 +1,144 @@
+"""microsurf convergence: what mesh, tile, realisations and rays leave as error."""
+
+import csv
+import json
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import memory, scene_file
+from ..convergence import Convergence, Row, converge
+from ..convergence_steps import EFFORTS
+from ..files import whole_file
+from ..report import make_folder
+from ..report.convergence_plot import draw
+from ..scene import Scene
+from .options import PATH, as_json, check_from_file, seed, workers
+from .output import show, write
+
+STUDIES = ("mesh", "tile", "realisations", "rays")
+_COLUMNS = (
+    "study", "cells", "correlation", "tile", "realisations", "groups", "paths", "repeats",
+    "quantity", "theta_i", "phi_i", "kd",
+    "value", "error", "deviation", "claimed", "difference", "low", "high",
+)  # fmt: skip
+
+
+@click.command("convergence")
+@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.option("--out", type=PATH, help="Folder; default reports/convergence/ and the scene's name.")
+@click.option(
+    "--effort",
+    type=click.Choice(list(EFFORTS)),
+    default="quick",
+    show_default=True,
+    help="quick: minutes, meshes up to 1024 cells a side; full: more of all, up to 2048.",
+)
+@seed
+@workers
+@as_json
+def convergence_command(
+    scene: Path, out: Path | None, effort: str, seed: int, workers: int | None, as_json: bool
+) -> None:
+    """Refine the mesh, enlarge the tile, add realisations and rays, and show what each leaves.
+
+    Example: microsurf convergence my_scene.toml --effort quick
+    """
+    asked = scene_file.read(scene)
+    _check(asked, EFFORTS[effort].cells)
+    out = Path("reports/convergence") / scene.stem if out is None else out
+    make_folder(out)
+    found = converge(asked, EFFORTS[effort], seed=seed, workers=workers, progress=True)
+    values: dict[str, Any] = {
+        "scene": scene.stem, "effort": effort, "seed": seed, **asdict(found), "out": str(out),
+    }  # fmt: skip
+    _save(found, values, out)
+    if as_json:
+        show(values, as_json=True)
+        return
+    write("\n".join(_summary(asked, found)))
+    write(f"\nfigure: {out / 'convergence.png'}   ({found.seconds:.0f} s)")
+
+
+def _check(asked: Scene, most: int) -> None:
+    """Refuse what would not fit, and a file that is not there, before any work."""
+    if asked.surface.file is not None:
+        check_from_file(asked, dict.fromkeys(_NOT_GIVEN))
+    elif asked.requires.roughness:
+        cells = max(most, asked.surface.cells)
+        memory.require(cells**2, memory.TRACE_BYTES_PER_CELL, "surface.cells")
+
+
+_NOT_GIVEN = (
+    "gamma", "sigma", "sigma_y", "cells", "correlation", "structure", "realisations",
+)  # fmt: skip
+
+
+def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:
+    """Write all four files; none takes its name before all are written."""
+    figure = draw(found, values["scene"])
+    with ExitStack() as files:
+        names = [f"convergence.{ending}" for ending in ("png", "pdf", "csv", "json")]
+        png, pdf, table, text = (files.enter_context(whole_file(out / name)) for name in names)
+        figure.savefig(png, dpi=90)
+        figure.savefig(pdf)
+        with table.open("w", encoding="utf-8", newline="") as lines:
+            writer = csv.DictWriter(lines, _COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            for study in STUDIES:
+                writer.writerows(
+                    {"study": study} | {k: _short(v) for k, v in row.items()}
+                    for row in getattr(found, study)
+                )
+        text.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def _short(value: Any) -> Any:
+    return f"{value:.7g}" if isinstance(value, float) else value
+
+
+def _summary(asked: Scene, found: Convergence) -> list[str]:
+    """What the scene's own settings leave, for people."""
+    surface = asked.surface
+    lines = [f"note: {found.note}"] if found.note else []
+    if found.mesh:
+        lines.append(
+            f"What {surface.cells} cells, L = {surface.correlation:g}, {surface.realisations} "
+            "realisations leave, in %: mesh and tile as differences to the finest measured "
+            "(95 % interval), surfaces and rays as standard errors"
+        )
+    head = ["quantity", "θ_i", "φ_i", "Kd", "mesh", "tile", "surfaces", "rays"]
+    table = [head, *(_cells(row) for row in found.left)]
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    lines += ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in table]
+    if found.left:
+        lines.append(f"(rays: {found.left[0]['rays_paths']} paths an angle and surface)")
+    seen = [row for row in found.orders if row["order"] is not None]
+    if found.orders:
+        lines.append(
+            f"order of convergence: known for {len(seen)} of {len(found.orders)} (differences "
+            "of at least three standard errors and one sign)"
+        )
+    lines += [
+        f"  {row['study']}, {row['quantity']}, θ_i {row['theta_i']:g}: {row['order']:.2f} "
+        f"({row['low']:.2f} … {row['high']:.2f})"
+        for row in seen
+    ]
+    return lines
+
+
+def _cells(row: Row) -> list[str]:
+    def interval(study: str) -> str:
+        if study not in row:
+            return "–"
+        ends = (row[study], row[f"{study}_low"], row[f"{study}_high"])
+        return "{:+.2f} ({:+.2f} … {:+.2f})".format(*(100 * v for v in ends))
+
+    def error(study: str) -> str:
+        return f"{100 * row[study]:.3f}" if study in row else "–"
+
+    place = [row["quantity"], *(f"{row[key]:g}" for key in ("theta_i", "phi_i", "kd"))]
+    return [*place, interval("mesh"), interval("tile"), error("realisations"), error("rays")]
