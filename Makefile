@@ -4,15 +4,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery bench clean
+.PHONY: validate test test-long lint fresh gallery bench clean
 
-validate: $(READY)
+validate: $(READY) fresh
 	$(BIN)/microsurf validate
 
-test: $(READY) lint
+test: $(READY) lint fresh
 	$(BIN)/pytest
 
-test-long: $(READY)
+test-long: $(READY) fresh
 	$(BIN)/pytest -m "long or not long"
 
 gallery: $(READY)
@@ -20,9 +20,14 @@ gallery: $(READY)
 	$(BIN)/python validation/approximate_error.py
 
 # Wants a quiet machine and LLVM 19, see validation/peers/mitsuba.py.
-bench: $(READY)
+bench: $(READY) fresh
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
 	$(BIN)/python validation/bench.py
+
+# numba keeps what it compiled until that file changes, and does not see what it calls change.
+fresh:
+	@newest=$$(ls -t microsurf/trace/*.py microsurf/model/*.py | head -1); \
+	find microsurf -name '*.nb[ic]' ! -newer "$$newest" -delete
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -6,15 +6,15 @@ greatest heights it gets near the surface in a few steps.
 """
 
 import numpy as np
-from numba import njit
 
+from .compile import compiled
 from .grid import LEVEL_STEP, MARGIN
 
 MOST_WRAPS = 100_000
 OFFSET = 4 * 2.0**-23  # of the coordinates' reach: from a facet, or above everything
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, top, reach):
     """Carry a ray through blocks that it passes above, round the period as often as need be.
 
@@ -77,7 +77,7 @@ def advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, to
     return 2, x + left, y + front, pz, wraps
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def launch(first, starts, batch, incident, wave, grid, x0, y0, top, reach):
     """Put light rays into the wave from ``first`` on, brought near the surface.
 
@@ -94,7 +94,7 @@ def launch(first, starts, batch, incident, wave, grid, x0, y0, top, reach):
         put(wave, first + r, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, b)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def put(wave, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch):
     """Make one ray the wave's r-th."""
     wave.origins[r, 0], wave.origins[r, 1], wave.origins[r, 2] = px, py, pz

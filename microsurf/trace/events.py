@@ -12,9 +12,9 @@ ray by ray. At later facets a path draws one of both.
 """
 
 import numpy as np
-from numba import njit
 
 from .. import result
+from .compile import compiled
 from .empty_space import MOST_WRAPS, OFFSET, advance, put
 from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
 from .grid import MARGIN
@@ -25,7 +25,7 @@ _PASSES = 8 * 2.0**-23  # of the ray's length: as near float32 may take it to pa
 _AGAIN = 3  # times a ray that fell through an edge is sent again, from a little above
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _corners(cell_x, cell_y, side, heights, flipped):
     """Corners of a triangle in the order of `grid.triangles`, and its slopes p, q."""
     h00, h10 = float(heights[cell_y, cell_x]), float(heights[cell_y, cell_x + 1])
@@ -39,7 +39,7 @@ def _corners(cell_x, cell_y, side, heights, flipped):
     return 0, 0, h00, 1, 1, h11, 0, 1, h01, h11 - h01, h01 - h00
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _body_direction(mx, my, mz, facet, bound, rng):
     """Direction of light that leaves the substrate: ∝ T(μ_o) μ_o about the normal.
 
@@ -61,14 +61,14 @@ def _body_direction(mx, my, mz, facet, bound, rng):
                 return dx, dy, dz
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _mirrored(dx, dy, dz, mx, my, mz, mu):
     dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
     norm = np.sqrt(dx * dx + dy * dy + dz * dz)
     return dx / norm, dy / norm, dz / norm
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
     """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
     row = min(order, 4) - 1
@@ -88,7 +88,7 @@ def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosi
         detector.squares[body, sector, ring] += weight * weight
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _onward(r, wave, grid, x0, y0, top, reach):
     """A ray that met no triangle: out above, lost, or round the period.
 
@@ -128,12 +128,12 @@ def _onward(r, wave, grid, x0, y0, top, reach):
     return 0, WRAPPED if wraps >= MOST_WRAPS else -1, px, py, pz, wraps
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _edge(x, y, z):
     return np.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _met(r, wave, triangle, u, v, grid, x0, y0, reach):
     """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start."""
     width = grid.flipped.shape[1]
@@ -174,21 +174,20 @@ def _met(r, wave, triangle, u, v, grid, x0, y0, reach):
     return mx, my, mz, mu, grazed, px, py, pz
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def take_events(
     active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
-    facet, bound, azimuths, ring_cosines, body_edges, rings, found, detector, rng,
+    facet, bound, azimuths, ring_cosines, body_edges, rings, found, light, fan, detector, rng,
 ):  # fmt: skip
     """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
 
     A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
-    ``found`` counts where fans had their first blocked ring, to find the next one sooner.
+    ``found`` counts where fans had their first blocked ring, to find the next one sooner;
+    ``light`` and ``fan`` are room for the shares and the numbers of one fan.
     Returns the number of rays that go on, of those among them that have met no facet
     yet, of grazes, and of rays that fell through an edge and are sent again.
     """
     branches = 2 if facet.interface and facet.substrate else 1
-    light = np.zeros(len(rings.edges) - 1)
-    fan = np.zeros(FAN)
     alive = unmet = grazes = leaks = 0
     for r in range(active):
         dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
@@ -310,7 +309,7 @@ def take_events(
     return alive, unmet, grazes, leaks
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _search(
     fan,
     low,

@@ -17,10 +17,10 @@ to 1e−6 of the light. Rings go on below the horizon, where all are blocked.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from .. import result
+from .compile import compiled
 from .empty_space import put
 
 FAN = 8
@@ -54,7 +54,7 @@ def all_rings(n: float) -> Rings:
     return Rings(edges, np.sin(edges), np.cos(edges), np.sin(nodes), np.cos(nodes), n)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def transmittance(mu, n, k):
     """T(μ) as in `physics.fresnel.transmittance`, one number at a time; k > 0 is a conductor."""
     if k > 0:
@@ -66,7 +66,7 @@ def transmittance(mu, n, k):
     return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _density(sine, cosine, mz, mt, n):
     """T(μ) μ sinθ; 0 where the facet does not look. T over one denominator, for speed."""
     mu = mz * cosine + mt * sine
@@ -80,7 +80,7 @@ def _density(sine, cosine, mz, mt, n):
     return 2 * g * mu * (along * along + n * n * across * across) / (both * both) * mu * sine
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def shares(mz, mt, rings, into):
     """Light of each ring the facet looks into, not normalised; their number and their sum."""
     # The facet looks up to θ = 90° + arctan(m_t / m_z).
@@ -105,7 +105,7 @@ def shares(mz, mt, rings, into):
     return count, total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def elevation(ring, mz, mt, chance, rings):
     """θ of a ring's direction: ``chance`` in [0, 1) through the density of its light."""
     low, high = rings.edges[ring], rings.edges[ring + 1]
@@ -120,7 +120,7 @@ def elevation(ring, mz, mt, chance, rings):
     return low + (high - low) * chance * (a + b) / (a + np.sqrt(a * a + chance * (b * b - a * a)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def next_probe(fan, low, high, found, grid):
     """Which ring to try, the first blocked one being in low … high: the median of like fans."""
     seen = found[like(fan, grid)]
@@ -135,7 +135,7 @@ def next_probe(fan, low, high, found, grid):
     return ring
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def like(fan, grid):
     """Class of fans that see alike: those of similar height and tilt along their azimuth."""
     level = int((fan[2] - grid.bottom) / (grid.top - grid.bottom + 1e-300) * _LEVELS)
@@ -143,7 +143,7 @@ def like(fan, grid):
     return min(max(level, 0), _LEVELS - 1) * _TILTS + min(max(tilt, 0), _TILTS - 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def probe(then, alive, fan, ring, weight, batch, rings):
     """Send a ray along a fan's direction in one ring, from its start."""
     theta = elevation(ring, fan[5], fan[6], fan[7], rings)
@@ -156,14 +156,14 @@ def probe(then, alive, fan, ring, weight, batch, rings):
         then.fan[alive, j] = fan[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def sector_of(dx, dy, azimuth):
     """Sector of a direction, ``azimuth`` of incidence in degrees."""
     turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * result.SECTORS
     return int(np.floor(turn + 0.5)) % result.SECTORS
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 
@@ -172,11 +172,10 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
     count, total = shares(fan[5], fan[6], rings, light)
     sector = sector_of(fan[3], fan[4], azimuth)
     seen = 0.0
-    energy, squares = detector.energy[1, 0, sector], detector.squares[1, sector]
     for ring in range(min(first, count)):
         part = light[ring] * (weight / total)
-        energy[ring] += part
-        squares[ring] += part * part
+        detector.energy[1, 0, sector, ring] += part
+        detector.squares[1, sector, ring] += part * part
         seen += light[ring]
     detector.batches[batch, 0, 1] += seen / total * weight
     blocked = total - seen

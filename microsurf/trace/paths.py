@@ -16,7 +16,7 @@ from .beam import beam
 from .embree import Hits, Rays
 from .empty_space import OFFSET, launch
 from .events import take_events
-from .fans import LIKE, all_rings
+from .fans import FAN, LIKE, all_rings
 from .grid import Grid
 from .wave import BATCHES, ENDS, empty_detector, empty_wave
 
@@ -179,6 +179,7 @@ def trace(
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
     detector, rings = empty_detector(), all_rings(facet.n if facet.interface else 1.0)
     found = np.ones((LIKE, result.RINGS + 1), np.int64)
+    light_of_rings, fan = np.zeros(len(rings.edges) - 1), np.zeros(FAN)
     # Every light ray needs room for all it is split into.
     wave, then = (empty_wave(max(WAVE, facet.branches)) for _ in range(2))
     active = unmet = started = traced = grazes = leaks = 0
@@ -197,7 +198,8 @@ def trace(
         traced += active
         active, unmet, grazed, leaked = take_events(
             active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, bound, azimuths, ring_cosines, result.BODY_EDGES, rings, found, detector, rng,
+            facet, bound, azimuths, ring_cosines, result.BODY_EDGES,
+            rings, found, light_of_rings, fan, detector, rng,
         )  # fmt: skip
         wave, then = then, wave
         grazes, leaks = grazes + grazed, leaks + leaked
