@@ -20,7 +20,7 @@ given only where `trend.order` finds the data to allow it. Nothing is extrapolat
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from typing import Any
@@ -40,6 +40,7 @@ from .trace import measure
 from .trend import difference, mean_of, order, part_and_whole, power
 
 Row = dict[str, Any]
+Array = NDArray[np.float64]
 
 
 @dataclass
@@ -76,7 +77,8 @@ def converge(
         As `measure`, or if the scene reflects nothing.
 
     """
-    if not list(_places(scene)):
+    places = list(_places(scene))
+    if not places:
         raise InputError(
             "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
         )
@@ -94,25 +96,26 @@ def converge(
         total=len(set(meshes + tiles)) + len(counts), disable=None if progress else True,
         desc="convergence", unit="step",
     ) as bar:  # fmt: skip
-        done: dict[Surface, xr.Dataset] = {}
+        done: dict[Surface, _Seen] = {}
         for k, step in enumerate(dict.fromkeys(meshes + tiles)):
             paths = min(effort.paths, scene.accuracy.paths)
             asked = replace(scene, surface=step, accuracy=Accuracy(paths), expect={})
             memory.require_lobes(step.realisations, scene.light.angles)
-            done[step] = measure(asked, seed=_seed(seed, k), workers=workers)
+            done[step] = _seen(measure(asked, seed=_seed(seed, k), workers=workers), places)
             bar.update()
         rays = []
         for k, count in enumerate(counts):
             repeats = _repeat(scene, count, effort.repeats, (seed, _seed(seed, 100 + k)), workers)
-            rays.append((count, repeats))
+            rays.append((count, _seen(repeats, places)))
             bar.update()
-    for place in _places(scene):
+    for place in places:
         for study, steps in (("mesh", meshes), ("tile", tiles)):
-            _vary(found, study, place, [(step, _values(done[step], place)) for step in steps])
-        if varied:
-            _realisations(found, place, _values(done[own(scene, effort)], place))
-        _rays(found, place, rays)
-        found.left.append(_left(found, place, scene, done.get(own(scene, effort))))
+            _vary(found, study, place, [(step, done[step][place][0]) for step in steps])
+        at = done[own(scene, effort)][place] if varied else None
+        if at is not None:
+            _realisations(found, place, at[0])
+        _rays(found, place, [(count, seen[place]) for count, seen in rays])
+        found.left.append(_left(found, place, scene, at))
     found.seconds = time.perf_counter() - begin
     return found
 
@@ -132,6 +135,11 @@ class _Place:
         row = asdict(self)
         del row["n"]
         return row
+
+
+_Values = tuple[Array, Array]
+"""A quantity on each realisation, and the standard errors of its rays."""
+_Seen = dict[_Place, _Values]
 
 
 def _places(scene: Scene) -> Iterator[_Place]:
@@ -162,21 +170,21 @@ def _repeat(
     return measure(asked, surfaces, seed=seeds[1], workers=workers)
 
 
-def _at(values: xr.DataArray, place: _Place) -> NDArray[np.float64]:
+def _seen(dataset: xr.Dataset, places: list[_Place]) -> _Seen:
+    """Each quantity on each realisation; the lobes, which are large, need not be kept."""
+    return {
+        place: (_of(summary.quantity, dataset, place), _of(summary.ray_error, dataset, place))
+        for place in places
+    }
+
+
+def _of(figure: Callable[..., xr.DataArray], dataset: xr.Dataset, place: _Place) -> Array:
+    values = figure(dataset, place.quantity, place.n, place.kd)
     return np.asarray(values.sel(theta_i=place.theta_i, phi_i=place.phi_i).values)
 
 
-def _values(dataset: xr.Dataset, place: _Place) -> NDArray[np.float64]:
-    """The quantity on each realisation."""
-    return _at(summary.quantity(dataset, place.quantity, place.n, place.kd), place)
-
-
-def _ray_errors(dataset: xr.Dataset, place: _Place) -> NDArray[np.float64]:
-    return _at(summary.ray_error(dataset, place.quantity, place.n, place.kd), place)
-
-
 def _vary(
-    found: Convergence, study: str, place: _Place, steps: list[tuple[Surface, NDArray[np.float64]]]
+    found: Convergence, study: str, place: _Place, steps: list[tuple[Surface, Array]]
 ) -> None:
     """Rows of one quantity over the steps of mesh or tile, and its order of convergence."""
     if not steps:
@@ -201,7 +209,7 @@ def _named(name: str, estimate: Any) -> Row:
     return {name: row.pop("value"), **row}
 
 
-def _realisations(found: Convergence, place: _Place, values: NDArray[np.float64]) -> None:
+def _realisations(found: Convergence, place: _Place, values: Array) -> None:
     """Parts of the same surfaces against all of them, and means of groups that share none."""
     sizes, deviations, freedoms = [], [], []
     part = 1
@@ -220,21 +228,21 @@ def _realisations(found: Convergence, place: _Place, values: NDArray[np.float64]
     _power(found, "realisations", place, power(sizes, deviations, freedoms))
 
 
-def _rays(found: Convergence, place: _Place, steps: list[tuple[int, xr.Dataset]]) -> None:
+def _rays(found: Convergence, place: _Place, steps: list[tuple[int, _Values]]) -> None:
     """Spread of repeats on one surface against the number of paths of each."""
-    values = [_values(dataset, place) for _, dataset in steps]
-    finest = mean_of(values[-1])
-    for (count, dataset), of_one in zip(steps, values, strict=True):
+    finest = mean_of(steps[-1][1][0])
+    for count, (of_one, errors) in steps:
         mean = mean_of(of_one)
         row = {"paths": count, "repeats": mean.count, **place.labels, "value": mean.value}
-        claimed = float(np.sqrt((_ray_errors(dataset, place) ** 2).mean()))
+        claimed = float(np.sqrt((errors**2).mean()))
         row |= {"deviation": float(of_one.std(ddof=1)), "claimed": claimed}
         apart = difference(mean, finest)
         if count == steps[-1][0]:
             apart = replace(apart, value=0.0, low=0.0, high=0.0)
         found.rays.append(row | _named("difference", apart))
-    deviations = [float(of_one.std(ddof=1)) for of_one in values]
-    exponent = power([count for count, _ in steps], deviations, [len(v) - 1 for v in values])
+    deviations = [float(of_one.std(ddof=1)) for _, (of_one, _) in steps]
+    freedom = [len(of_one) - 1 for _, (of_one, _) in steps]
+    exponent = power([count for count, _ in steps], deviations, freedom)
     _power(found, "rays", place, exponent)
 
 
@@ -243,7 +251,7 @@ def _power(found: Convergence, study: str, place: _Place, exponent: Any) -> None
     found.powers.append(row if exponent is None else row | _named("power", exponent))
 
 
-def _left(found: Convergence, place: _Place, scene: Scene, at: xr.Dataset | None) -> Row:
+def _left(found: Convergence, place: _Place, scene: Scene, at: _Values | None) -> Row:
     """What the scene's own settings leave of one quantity, relative to it."""
     rays = found.rays[-1]
     # A flat scene's realisations are one surface, traced again.
@@ -252,8 +260,8 @@ def _left(found: Convergence, place: _Place, scene: Scene, at: xr.Dataset | None
     row["rays"] = rays["deviation"] / float(np.sqrt(count) * rays["value"])
     if at is None:
         return row
-    values = _values(at, place)
-    between = spread(values, _ray_errors(at, place) ** 2).between
+    values, errors = at
+    between = spread(values, errors**2).between
     row["realisations"] = between / float(np.sqrt(count) * values.mean())
     for study in ("mesh", "tile"):
         rows = [r for r in getattr(found, study) if r.items() >= place.labels.items()]

@@ -204,6 +204,15 @@ def test_what_makes_no_sense_is_refused_in_one_line(run, text, names):
     assert not Path("o/convergence.csv").exists()
 
 
+def test_pictures_of_what_does_not_vary_say_so(run):
+    Path("my.toml").write_text(TOML + "[roughness]\nsigma = 0\n")
+    code, out, err = run("my.toml", "--out", "o")
+    assert (code, err) == (0, "")
+    assert out.startswith("note: one surface, flat")
+    assert Path("o/convergence.png").stat().st_size > 0
+    assert run("absent.toml")[0] == 2
+
+
 def test_a_failed_write_leaves_nothing(run, monkeypatch):
     Path("my.toml").write_text(TOML)
 

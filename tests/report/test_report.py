@@ -69,6 +69,12 @@ def test_what_a_scene_says_is_text(page):
     assert f'id="{NAME}"' not in page
 
 
+def test_the_page_says_what_halves_the_errors(page):
+    text = "".join(Tags(page).text)
+    assert text.count("what to buy next") == 2
+    assert text.count("8 surfaces instead of 2") == 2 * 2 * 3  # scenes, angles, quantities
+
+
 def test_the_page_needs_nothing_from_elsewhere(page):
     for tag, attributes in Tags(page).tags:
         for name in ("src", "href", "srcset", "action", "data", "poster"):
@@ -115,6 +121,10 @@ def test_report_json_is_strict(folder):
         first["comparisons"][0]
     )
     assert first["measured"]["paths"] == 2 * 2 * 2000
+    errors = first["errors"]
+    assert {row["quantity"] for row in errors} == {"specular", "total", "specular lobe"}
+    assert {"within", "between", "between_low", "dominant", "rays_to_halve"} <= set(errors[0])
+    assert all(row["surfaces_to_halve"] == 8 for row in errors)
     assert sorted(p.name for p in folder.iterdir()) == ["report.html", "report.json"]
 
 
