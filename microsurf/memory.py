@@ -42,6 +42,11 @@ def require(cells: int, bytes_per_cell: int, name: str) -> None:
         )
 
 
+def lobes_that_fit() -> int:
+    """How many lobes, one for each realisation and angle, fit into memory."""
+    return int(min(available() / BYTES_PER_LOBE, 10**9))
+
+
 def require_lobes(realisations: int, angles: int) -> None:
     """Refuse more lobes, one for each realisation and angle, than would fit into memory."""
     needed, free = realisations * angles * BYTES_PER_LOBE, available()

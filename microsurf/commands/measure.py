@@ -1,15 +1,23 @@
 """microsurf measure: ray-trace a surface."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
+import xarray as xr
 
-from .. import memory, result, summary
+from .. import memory, precision, result, summary
+from ..cluster import Crew, connected
+from ..errors import InputError, MicrosurfError
 from ..files import check_writable
-from ..trace import measure
+from ..scene import Scene
+from ..trace import keep, measure
 from .options import (
     PATH,
+    accuracy,
     as_json,
     check_described,
     check_from_file,
@@ -34,29 +42,51 @@ from .output import check_ending, show
 @material
 @generated
 @light
-@click.option("--paths", type=int, help="For each angle and realisation. Default 1000000.")
+@accuracy
 @click.option("--realisations", type=int, help="Surfaces of the same kind. Default 4.")
 @seed
 @workers
+@click.option("--scheduler", metavar="tcp://HOST:PORT", help="Work on a dask cluster instead.")
 @click.option("--out", type=PATH, help="Write the result as FILE.nc.")
+@click.option("--resume", is_flag=True, help="Go on with a run to --out that was killed.")
 @as_json
 def measure_command(
-    scene_file: Path | None, seed: int, workers: int | None, out: Path | None, as_json: bool,
-    **given: Any,
+    scene_file: Path | None, seed: int, workers: int | None, scheduler: str | None,
+    out: Path | None, resume: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Ray-trace a surface and print its albedos with their standard errors.
 
     Example: microsurf measure --gamma 2 --sigma 0.5 --n 1.5 --kd 0.8 --theta 60
-    """
+
+    \b
+    Until an error is reached, on the machines of a cluster, gone on with if killed
+    (what is finished lies in m.nc.parts):
+      microsurf measure scene.toml --standard-error 1e-3 --out m.nc
+      microsurf measure scene.toml --scheduler tcp://localhost:8786 --out m.nc
+      microsurf measure scene.toml --standard-error 1e-3 --out m.nc --resume
+    """  # noqa: D301 - click keeps the lines after \b as they are
     if given["surface_file"] is None:
         check_described(scene_file, given)
     asked = compose(scene_file, **given)
     check_from_file(asked, given)
     memory.require_lobes(asked.surface.realisations, asked.light.angles)
+    parts = None
     if out is not None:
         check_ending(out, ".nc")
         check_writable(out)
-    measured = measure(asked, seed=seed, workers=workers, progress=True)
+        parts = out.with_name(f"{out.name}.parts")
+    elif resume:
+        raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
+    with _crew(scheduler, workers) as crew:
+        measured = measure(
+            asked,
+            seed=seed,
+            workers=crew.workers if crew else workers,
+            executor=crew.executor if crew else None,
+            keep=parts,
+            resume=resume,
+            progress=True,
+        )
     paths = float(measured.paths.sum())
     values = {
         **summary.figures(measured, asked.material.n, asked.material.kd),
@@ -68,7 +98,75 @@ def measure_command(
         "paths_per_second": paths / measured.attrs["seconds"],
         "embree_ratio": measured.attrs["embree_ratio"],
     }
-    if out is not None:
-        result.save(measured, out)
+    if asked.accuracy.standard_error is not None:
+        values |= _reached(measured, asked)
+        _say(values, asked)
+    if out is not None and parts is not None:
+        _put(measured, out, parts)
         values["file"] = str(out)
     show(values, as_json)
+
+
+@contextmanager
+def _crew(scheduler: str | None, workers: int | None) -> Iterator[Crew | None]:
+    """Workers of a cluster, or None: threads."""
+    if scheduler is None:
+        yield None
+        return
+    if workers is not None:
+        raise InputError(
+            f"--workers {workers} and --scheduler {scheduler}: give one of both; "
+            "a cluster has the workers that were started for it"
+        )
+    with connected(scheduler) as crew:
+        yield crew
+
+
+def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
+    """Write the result, then remove the pieces; killed in between, it leaves no half file."""
+    whole = parts / keep.RESULT
+    result.save(measured, whole)
+    try:
+        whole.replace(out)
+    except OSError as error:
+        raise MicrosurfError(
+            f"{out}: could not be written ({error.strerror}); "
+            "what is finished is kept, start again with --resume"
+        ) from error
+    keep.clear(parts)
+
+
+def _reached(measured: xr.Dataset, asked: Scene) -> dict[str, Any]:
+    """What a run that was asked for an error came to; lists as in `summary.figures`."""
+    n, kds = asked.material.n, asked.material.kd
+
+    def lobes(kd: float) -> list[float]:
+        """Greater error of both lobes at each angle."""
+        kinds = [precision.lobe_error(measured, kind, n, kd) for kind in result.KINDS]
+        return list(np.max([errors.values.ravel() for errors in kinds], axis=0).tolist())
+
+    paths = measured.paths.sum("realisation").values.ravel()
+    by_angle = list(zip(*map(lobes, kds), strict=True))
+    return {
+        "lobe_error": _listed([_listed(list(row)) for row in by_angle]),
+        "realisations": measured.sizes["realisation"],
+        "paths_by_angle": _listed(paths.astype(int).tolist()),
+        "reached": precision.surplus(measured, asked) <= 1,
+    }
+
+
+def _listed(values: list[Any]) -> Any:
+    return values[0] if len(values) == 1 else values
+
+
+def _say(values: dict[str, Any], asked: Scene) -> None:
+    """Tell on stderr whether the error asked for was reached."""
+    error, lobe = asked.accuracy.standard_error, asked.accuracy.lobe_error
+    albedo, lobes = (np.max(values[key]) for key in ("albedo_se", "lobe_error"))
+    click.echo(
+        f"{'reached' if values['reached'] else 'NOT reached'}: "
+        f"standard error of albedos {albedo:.2g} (asked {error:g}), "
+        f"of lobes {lobes:.2g} of themselves (asked {lobe or error:g}), "
+        f"with {values['paths']:.3g} paths on {values['realisations']} realisations",
+        err=True,
+    )

@@ -10,7 +10,7 @@ import click
 from .. import scene_file
 from ..errors import InputError
 from ..files import check_readable
-from ..scene import Scene
+from ..scene import Accuracy, Scene
 
 PATH = click.Path(path_type=Path)
 _MAX_WORKERS = 1024
@@ -64,6 +64,19 @@ material = together(
     click.option("--n", type=float, help="Relative index ≥ 1; 1 = no interface. Default 1.5."),
     _many("--kd", "Substrate albedo 0 … 1, or several. Default 0.8."),
     click.option("--k", type=float, help="Extinction coefficient: a conductor of index n + ik."),
+)
+accuracy = together(
+    click.option("--paths", type=int, help="For each angle and realisation. Default 1000000."),
+    click.option(
+        "--standard-error",
+        type=float,
+        help="Of albedos, instead of paths: trace until it is reached.",
+    ),
+    click.option(
+        "--lobe-error",
+        type=float,
+        help="The same of lobes, relative to themselves. Default that of albedos.",
+    ),
 )
 generated = together(
     click.option("--cells", type=int, help="Cells a side. Default 512."),
@@ -129,5 +142,21 @@ def compose(file: Path | None, **given: Any) -> Scene:
             level=given.get("level"),
         ),
         light=over(base.light, theta=given.get("theta"), phi=given.get("phi")),
-        accuracy=over(base.accuracy, paths=given.get("paths")),
+        accuracy=_accuracy(base.accuracy, given),
     )
+
+
+def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:
+    """Paths asked for take the place of an error, and the other way round."""
+    paths, error, lobes = (given.get(key) for key in ("paths", "standard_error", "lobe_error"))
+    if paths is not None:
+        if error is not None or lobes is not None:
+            name, value = ("standard", error) if error is not None else ("lobe", lobes)
+            raise InputError(
+                f"--paths {paths} and --{name}-error {value}: give one of both; "
+                "paths are then as many as the error takes"
+            )
+        return Accuracy(paths)
+    if error is not None:
+        return Accuracy(standard_error=error, lobe_error=lobes or base.lobe_error)
+    return base if lobes is None else replace(base, lobe_error=lobes)

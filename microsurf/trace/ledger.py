@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from .. import precision
+from .. import memory, precision
 from ..scene import Scene
 from .labelled import labelled
 from .paths import Tally
@@ -21,26 +21,26 @@ MOST_SURFACES = 1000
 """No error is worth more realisations: who asks for it is told what was reached."""
 
 
-@dataclass
-class _Lane:
-    """The pieces of one angle on one realisation."""
+@dataclass(eq=False)
+class Lane:
+    """The pieces of one angle on one realisation: handed out, added up, closed if enough."""
 
     tally: Tally | None = None
     issued: int = 0
     added: int = 0
     closed: bool = False
     look: int = 4  # at the error, after so many pieces
-    surplus: float = np.inf  # error over the error asked for
-    waiting: dict[int, Tally] = field(default_factory=dict)
+    expected: float = np.inf  # pieces, from the last look
+    waiting: dict[int, tuple[int, Tally]] = field(default_factory=dict)
 
 
 class Ledger:
     """Hands out pieces and takes in what they came to.
 
     With ``accuracy.paths`` every lane has the same number of pieces. With
-    ``accuracy.standard_error`` each realisation is traced until the error of its rays
-    is that small, and realisations are added until that of their mean is; a scene's
-    ``realisations`` are then the least.
+    ``accuracy.standard_error`` each realisation is traced until its rays leave that error
+    in the mean over a scene's ``realisations``, and realisations are added until the
+    spread of all leaves no more; those of the scene are then the least.
     """
 
     def __init__(
@@ -48,11 +48,15 @@ class Ledger:
     ) -> None:
         self.scene = scene
         self.angles = list(product(scene.light.theta, scene.light.phi))
-        self.lanes: list[list[_Lane]] = []
+        self.lanes: list[list[Lane]] = []
         self._sources = sources
         self._seed = seed
         self._turn = turn
         self._complete = False
+        self._look = self._least()  # at the error between surfaces, after so many of them
+        self._expected = float(self._least())  # surfaces, from the last look
+        fit = memory.lobes_that_fit() // len(self.angles)
+        self._most = max(min(MOST_SURFACES, fit), self._least())
         total = scene.accuracy.paths
         count = -(-total // PIECE)
         self._sizes = [total * (k + 1) // count - total * k // count for k in range(count)]
@@ -83,16 +87,16 @@ class Ledger:
             else self._sources[realisation]
         )
         self._source, self._name = source, source.name
-        self.lanes.append([_Lane() for _ in self.angles])
+        self.lanes.append([Lane() for _ in self.angles])
 
     @property
     def _by_error(self) -> bool:
         return self.scene.accuracy.standard_error is not None
 
-    def _more(self, lane: _Lane) -> bool:
+    def _more(self, lane: Lane) -> bool:
         return not lane.closed and (self._by_error or lane.issued < len(self._sizes))
 
-    def _piece(self, lane: _Lane) -> Piece:
+    def _piece(self, lane: Lane) -> Piece:
         angle = self.lanes[-1].index(lane)
         number = lane.issued
         lane.issued += 1
@@ -109,43 +113,64 @@ class Ledger:
         done = len(self.lanes)
         if done < self._least() or self._sources is not None or not self._by_error:
             return done >= self._least()
-        if not self.scene.requires.roughness or done >= MOST_SURFACES:
+        if not self.scene.requires.roughness or done >= self._most:
             return True
-        return precision.surplus(self.labelled(), self.scene) <= 1
+        if done < self._look:
+            return False
+        self._look = _next_look(done)
+        surplus = precision.surplus(self.labelled(), self.scene)
+        self._expected = min(done * surplus**2, self._most)
+        return surplus <= 1
 
-    def take(self, piece: Piece, tally: Tally) -> None:
-        """Take in what a piece came to; what is beyond enough is dropped."""
-        lane = self.lanes[piece.source.realisation][piece.angle]
-        lane.waiting[piece.number] = tally
+    def lane(self, piece: Piece) -> Lane:
+        """Where a piece belongs."""
+        return self.lanes[piece.source.realisation][piece.angle]
+
+    def take(self, piece: Piece, tally: Tally, count: int = 1) -> None:
+        """Take in what ``count`` pieces of a lane, from this one on, came to.
+
+        What is beyond enough is dropped.
+        """
+        lane = self.lane(piece)
+        lane.issued = max(lane.issued, piece.number + count)
+        lane.waiting[piece.number] = count, tally
         while not lane.closed and lane.added in lane.waiting:
-            finished = lane.waiting.pop(lane.added)
+            number, finished = lane.waiting.pop(lane.added)
             lane.tally = finished if lane.tally is None else lane.tally + finished
-            lane.added += 1
+            lane.added += number
             self._decide(lane)
         if lane.closed:
             lane.waiting.clear()
 
-    def _decide(self, lane: _Lane) -> None:
+    def waiting(self) -> int:
+        """Finished pieces that wait for an earlier one."""
+        return sum(len(lane.waiting) for row in self.lanes for lane in row)
+
+    def _decide(self, lane: Lane) -> None:
         """Close a lane that has enough; errors are looked at ever less often."""
         if not self._by_error:
             lane.closed = lane.added == len(self._sizes)
-        elif lane.tally is not None and lane.added >= lane.look:
-            lane.look = -(-lane.added * 5 // 4)
+            return
+        # Pieces that were put together skip looks, all of which said that more are wanted.
+        while lane.look < lane.added:
+            lane.look = _next_look(lane.look)
+        if lane.tally is not None and lane.added == lane.look:
+            lane.look = _next_look(lane.look)
             seen = self._labelled([[lane.tally]], ([0.0], [0.0]))
-            lane.surplus = precision.surplus(seen, self.scene)
-            lane.closed = lane.surplus <= 1
+            # The mean over realisations is that much better than each of them.
+            surplus = precision.surplus(seen, self.scene) / np.sqrt(self._least())
+            lane.expected = lane.added * surplus**2
+            lane.closed = surplus <= 1
 
     def share_done(self) -> float:
         """Estimate which part of all the work is finished, from the errors so far."""
         done = float(np.mean([self._share(lane) for lane in self.lanes[-1]]))
-        return (len(self.lanes) - 1 + done) / max(self._least(), len(self.lanes))
+        return (len(self.lanes) - 1 + done) / max(self._expected, self._least(), len(self.lanes))
 
-    def _share(self, lane: _Lane) -> float:
+    def _share(self, lane: Lane) -> float:
         if lane.closed:
             return 1.0
-        if not self._by_error:
-            return lane.added / len(self._sizes)
-        return min(1 / lane.surplus**2, 1.0)
+        return min(lane.added / (lane.expected if self._by_error else len(self._sizes)), 1.0)
 
     def labelled(self) -> xr.Dataset:
         """Everything so far, with its labels."""
@@ -160,3 +185,8 @@ class Ledger:
     def tallies(self) -> list[Tally]:
         """All of them, to be summed up."""
         return [lane.tally for row in self.lanes for lane in row if lane.tally is not None]
+
+
+def _next_look(now: int) -> int:
+    """Errors are looked at ever less often: a look costs, and chance passes one of many."""
+    return -(-now * 5 // 4)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +48,7 @@ def measure(
         Does the work instead of threads: processes, or ``Client.get_executor()`` of a
         dask cluster.
     keep : Path, optional
-        Folder for finished pieces until all are; it is removed at the end.
+        Folder for finished pieces. Remove it when the result is safe, see `keep.clear`.
     resume : bool
         Go on from the pieces that are there.
     progress : bool
@@ -67,7 +68,7 @@ def measure(
     Raises
     ------
     InputError
-        If a surface can't be used or made, or ``keep`` holds pieces of another run.
+        If a surface can't be used or made, or ``keep`` can't serve, see `Keep`.
     MicrosurfError
         If a worker was lost and nobody took its work, or there is no room for pieces;
         what was finished is kept.
@@ -86,16 +87,24 @@ def measure(
         total=1.0,
         disable=None if progress else True,
         desc="tracing",
+        smoothing=0,  # the share is of all the work: its mean rate tells the time left
         bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]",
     )
     crew = executor or ThreadPoolExecutor(workers)
-    pieces.compiled()
     try:
+        pieces.compiled()
         with bar:
-            for piece, tally in _done(crew, ledger, kept, 2 * workers):
-                ledger.take(piece, tally)
-                bar.update(max(ledger.share_done() - bar.n, 0))
+            for _ in _work(crew, ledger, kept, 2 * workers):
+                # Estimates change their mind; the bar never goes back.
+                bar.update(max(min(ledger.share_done(), 1) - bar.n, 0))
+            bar.update(1 - bar.n)
+    except BaseException:
+        if kept is not None:
+            kept.leave()
+        raise
     finally:
+        if kept is not None:
+            kept.close()
         if executor is None:
             crew.shutdown(wait=False, cancel_futures=True)
         pieces.forget()
@@ -107,8 +116,6 @@ def measure(
         "seconds": float(seconds) / workers,
         "embree_ratio": float(inside / seconds),
     }
-    if kept is not None:
-        kept.clear()
     return measured
 
 
@@ -118,40 +125,56 @@ def _made_isotropic(source: Source) -> bool:
     return "sigma_x" in recipe and recipe["sigma_x"] == recipe.get("sigma_y")
 
 
-def _done(
-    executor: Executor, ledger: Ledger, kept: Keep | None, depth: int
-) -> Iterator[tuple[Piece, Tally]]:
-    """Pieces with what they came to, ``depth`` of them under way; an interrupt drops the rest."""
+def _work(executor: Executor, ledger: Ledger, kept: Keep | None, depth: int) -> Iterator[None]:
+    """Do what is wanted, ``depth`` pieces under way; after an error keep what is finished."""
     wanted = ledger.wanted()
     under_way: dict[Future[Tally], Piece] = {}
     try:
         while True:
-            piece = next(wanted, None) if len(under_way) < depth else None
+            # One slow piece must not let all that comes after it pile up.
+            room = len(under_way) < depth and ledger.waiting() < 4 * depth
+            piece = next(wanted, None) if room else None
             if piece is not None:
                 found = None if kept is None else kept.load(piece)
-                if found is not None:
-                    yield piece, found
+                if found is None:
+                    with _workers_errors():
+                        under_way[executor.submit(pieces.run, piece)] = piece
                 else:
-                    under_way[executor.submit(pieces.run, piece)] = piece
-                continue
-            if not under_way:
+                    count, tally = found
+                    ledger.take(piece, tally, count)
+                    yield
+            elif under_way:
+                for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                    piece = under_way.pop(future)
+                    with _workers_errors():
+                        tally = future.result()
+                    _finish(piece, tally, ledger, kept)
+                    yield
+            else:
                 return
-            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
-                piece = under_way.pop(future)
-                tally = _result(future)
-                if kept is not None:
-                    kept.save(piece, tally)
-                yield piece, tally
     except BaseException:
-        for future in under_way:
-            future.cancel()
+        for future, piece in under_way.items():
+            if not future.cancel() and future.done() and future.exception() is None:
+                with suppress(MicrosurfError):  # the first error is the one to tell
+                    _finish(piece, future.result(), ledger, kept)
         raise
 
 
-def _result(future: Future[Tally]) -> Tally:
-    """What a worker found, or why it could not."""
+def _finish(piece: Piece, tally: Tally, ledger: Ledger, kept: Keep | None) -> None:
+    """Take in a piece that was done, on disk first."""
+    lane = ledger.lane(piece)
+    if kept is not None and not lane.closed:
+        kept.save(piece, tally)
+    ledger.take(piece, tally)
+    if kept is not None:
+        kept.add_up(piece, lane)
+
+
+@contextmanager
+def _workers_errors() -> Iterator[None]:
+    """Say of what workers could not do that it is they who could not."""
     try:
-        return future.result()
+        yield
     except (MicrosurfError, MemoryError, KeyboardInterrupt):
         raise
     except Exception as error:
