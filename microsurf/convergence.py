@@ -97,8 +97,8 @@ def converge(
         desc="convergence", unit="step",
     ) as bar:  # fmt: skip
         done: dict[Surface, _Seen] = {}
+        paths = min(effort.paths, scene.accuracy.paths)
         for k, step in enumerate(dict.fromkeys(meshes + tiles)):
-            paths = min(effort.paths, scene.accuracy.paths)
             asked = replace(scene, surface=step, accuracy=Accuracy(paths), expect={})
             memory.require_lobes(step.realisations, scene.light.angles)
             done[step] = _seen(measure(asked, seed=_seed(seed, k), workers=workers), places)
@@ -116,6 +116,8 @@ def converge(
             _realisations(found, place, at[0])
         _rays(found, place, [(count, seen[place]) for count, seen in rays])
         found.left.append(_left(found, place, scene, at))
+    for row in (*found.mesh, *found.tile, *found.realisations):
+        row["paths"] = paths  # for each angle and surface
     found.seconds = time.perf_counter() - begin
     return found
 

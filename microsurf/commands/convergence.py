@@ -83,7 +83,7 @@ def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:
     with ExitStack() as files:
         names = [f"convergence.{ending}" for ending in ("png", "pdf", "csv", "json")]
         png, pdf, table, text = (files.enter_context(whole_file(out / name)) for name in names)
-        figure.savefig(png, dpi=90)
+        figure.savefig(png, dpi=85)
         figure.savefig(pdf)
         with table.open("w", encoding="utf-8", newline="") as lines:
             writer = csv.DictWriter(lines, _COLUMNS, lineterminator="\n")

@@ -16,6 +16,12 @@ _STYLE = {
     "total": (BLACK, "D", "total"),
 }
 _SHOWN = 60.0
+_TITLES = (
+    "what a finer mesh still changes",
+    "what a larger tile still changes",
+    "error over surfaces",
+    "error of rays",
+)
 
 
 def draw(found: Convergence, name: str) -> Figure:
@@ -24,10 +30,12 @@ def draw(found: Convergence, name: str) -> Figure:
     panels = figure.subplots(2, 2).ravel()
     first = min(found.rays, key=lambda row: abs(row["theta_i"] - _SHOWN))
     shown = {key: first[key] for key in ("theta_i", "phi_i", "kd")}
-    _differences(panels[0], found.mesh, shown, "correlation", "mesh: cells per correlation length")
-    _differences(panels[1], found.tile, shown, "tile", "tile: side in correlation lengths")
+    _differences(panels[0], found.mesh, shown, "correlation", "cells per correlation length")
+    _differences(panels[1], found.tile, shown, "tile", "side of the tile in correlation lengths")
     _deviations(panels[2], found, "realisations", shown, "surfaces in the mean")
     _deviations(panels[3], found, "rays", shown, "paths on one surface")
+    for panel, title in zip(panels, _TITLES, strict=True):
+        panel.set_title(title, fontsize=10)
     handles: dict[str, Any] = {}
     for panel in panels:
         handles |= {
