@@ -78,20 +78,18 @@ def advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, to
 
 
 @compiled
-def launch(first, starts, batch, incident, wave, grid, x0, y0, top, reach):
+def launch(first, starts, begin, end, dx, dy, dz, batches, wave, grid, x0, y0, top, reach):
     """Put light rays into the wave from ``first`` on, brought near the surface.
 
-    They start at ``starts``, of shape (rays, 2), on the plane above everything, along
-    the direction of their ``batch`` in ``incident``.
+    They are those from ``begin`` to ``end`` of ``starts``, points in the plane above
+    everything.
     """
-    for r in range(len(starts)):
-        b = batch[r]
-        dx, dy, dz = incident[b, 0], incident[b, 1], incident[b, 2]
+    for k in range(begin, end):
         _, px, py, pz, wraps = advance(
-            starts[r, 0], starts[r, 1], top, dx, dy, dz, grid.tops, grid.levels,
+            starts[k, 0], starts[k, 1], top, dx, dy, dz, grid.tops, grid.levels,
             x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
         )  # fmt: skip
-        put(wave, first + r, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, b)
+        put(wave, first + k - begin, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, k % batches)
 
 
 @compiled

@@ -177,7 +177,7 @@ def _met(r, wave, triangle, u, v, grid, x0, y0, reach):
 @compiled
 def take_events(
     active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
-    facet, bound, azimuths, ring_cosines, body_edges, rings, found, light, fan, detector, rng,
+    facet, bound, azimuth, ring_cosines, body_edges, rings, found, light, fan, detector, rng,
 ):  # fmt: skip
     """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
 
@@ -247,14 +247,14 @@ def take_events(
             else:
                 high = tried
             alive = _search(
-                fan, low, high, weight, batch, azimuths[batch], grid,
+                fan, low, high, weight, batch, azimuth, grid,
                 facet, rings, found, light, detector, rng, then, alive,
             )  # fmt: skip
             continue
         if out:
             _arrive(
                 detector, dx, dy, dz, weight, order, body, batch,
-                azimuths[batch], ring_cosines, body_edges,
+                azimuth, ring_cosines, body_edges,
             )  # fmt: skip
             continue
 
@@ -279,7 +279,7 @@ def take_events(
             if oz > 0 and pz >= top:
                 _arrive(
                     detector, ox, oy, oz, mirror_weight, order + 1, body, batch,
-                    azimuths[batch], ring_cosines, body_edges,
+                    azimuth, ring_cosines, body_edges,
                 )  # fmt: skip
             else:
                 put(
@@ -303,7 +303,7 @@ def take_events(
             high = min(np.searchsorted(rings.edges, last), len(ring_cosines))
             low = high if pz >= top else 0  # nothing is above the highest point
             alive = _search(
-                fan, low, high, through * weight, batch, azimuths[batch], grid,
+                fan, low, high, through * weight, batch, azimuth, grid,
                 facet, rings, found, light, detector, rng, then, alive,
             )  # fmt: skip
     return alive, unmet, grazes, leaks

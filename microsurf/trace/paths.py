@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import result
 from ..physics.fresnel import transmittance_bound
-from .beam import beam
+from .beam import direction, starts
 from .embree import Hits, Rays
 from .empty_space import OFFSET, launch
 from .events import take_events
@@ -21,7 +21,6 @@ from .grid import Grid
 from .wave import BATCHES, ENDS, empty_detector, empty_wave
 
 WAVE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
-_MOST_BATCHES = 128  # of a tally; beyond, neighbours are put together
 
 
 class Tile(Protocol):
@@ -72,9 +71,9 @@ class Tally:
         Light that arrived in each bin.
     squares : ndarray, shape (kind, rings, sectors)
         Sums of squared weights of order 1, specular and with one body event.
-    batches : ndarray, shape (batches, order, body_events)
-        Light that arrived, by parts of the work that know nothing of each other.
-    batch_light : ndarray, shape (batches,)
+    batches : ndarray, shape (BATCHES, order, body_events)
+        Light that arrived, by batches of light rays that know nothing of each other.
+    batch_light : ndarray, shape (BATCHES,)
         Light rays of each batch.
     ended : ndarray, shape (len(ENDS),)
         Light that did not arrive: absorbed in the substrate (see `Facet`), left out on
@@ -135,18 +134,11 @@ class Tally:
             widths[axis] = (0, events - values.shape[axis])
             return np.pad(values, widths)
 
-        batches = np.concatenate([padded(t.batches, 2) for t in (self, other)])
-        batch_light = np.concatenate([self.batch_light, other.batch_light])
-        if len(batches) > _MOST_BATCHES:
-            pairs = np.arange(0, len(batches), 2)
-            batches, batch_light = (
-                np.add.reduceat(values, pairs, axis=0) for values in (batches, batch_light)
-            )
         return Tally(
             padded(self.energy, 1) + padded(other.energy, 1),
             self.squares + other.squares,
-            batches,
-            batch_light,
+            padded(self.batches, 2) + padded(other.batches, 2),
+            self.batch_light + other.batch_light,
             self.ended + other.ended,
             self.lost + other.lost,
             self.counts + other.counts,
@@ -162,19 +154,21 @@ def trace(
     paths: int,
     rng: np.random.Generator,
     *,
-    turn: bool = False,
+    part: int = 0,
+    parts: int = 1,
 ) -> Tally:
     """Follow paths of light from (θ, φ), in degrees, until each has ended.
 
-    There are ``paths`` of them, or a few more to make whole light rays. With ``turn``
-    each batch comes from an azimuth of its own, φ is counted from there.
+    There are ``paths`` of them, or a few more to make whole light rays. They fall on
+    all of the tile, or on one of several parts of the same area.
     """
     begin = time.perf_counter()
     inside = 0.0
     grid = tile.grid
     frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
     light = -(-paths // facet.branches)
-    starts, batch, incident, azimuths = beam(theta, phi, light, grid, rng, turn=turn)
+    points = starts(light, grid, rng, part, parts)
+    dx, dy, dz = -direction(theta, phi)
     ring_cosines = np.cos(np.radians(result.RING_EDGES[1:]))
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
     detector, rings = empty_detector(), all_rings(facet.n if facet.interface else 1.0)
@@ -187,8 +181,9 @@ def trace(
         room = len(wave.weight) - active - (facet.branches - 1) * unmet
         fresh = min(room // facet.branches, light - started)
         if fresh:
-            coming = slice(started, started + fresh)
-            launch(active, starts[coming], batch[coming], incident, wave, grid, *frame)
+            launch(
+                active, points, started, started + fresh, dx, dy, dz, BATCHES, wave, grid, *frame
+            )
             active, unmet, started = active + fresh, unmet + fresh, started + fresh
         if not active:
             break
@@ -198,18 +193,18 @@ def trace(
         traced += active
         active, unmet, grazed, leaked = take_events(
             active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, bound, azimuths, ring_cosines, result.BODY_EDGES,
+            facet, bound, phi, ring_cosines, result.BODY_EDGES,
             rings, found, light_of_rings, fan, detector, rng,
         )  # fmt: skip
         wave, then = then, wave
         grazes, leaks = grazes + grazed, leaks + leaked
-    seen = np.flatnonzero(detector.energy.any(axis=(1, 2, 3)))
+    seen = np.flatnonzero(detector.batches.any(axis=(0, 1)))
     events = int(seen[-1]) + 1 if len(seen) else 1
     return Tally(
         detector.energy[:events].transpose(1, 0, 3, 2).copy(),
         detector.squares.swapaxes(1, 2).copy(),
         detector.batches[:, :, :events].copy(),
-        np.bincount(batch, minlength=BATCHES).astype(float),
+        np.bincount(np.arange(light) % BATCHES, minlength=BATCHES).astype(float),
         detector.ended,
         detector.lost,
         np.array([light, light * facet.branches, traced, grazes, leaks]),

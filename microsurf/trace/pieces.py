@@ -20,7 +20,7 @@ from .grid import from_heights
 from .paths import Facet, Tally, Tile, trace
 from .plane import Plane
 
-PIECE = 262_144
+PIECE = 131_072
 """Paths of one piece: a tenth of a second, and a fortieth of a large result to lose."""
 
 
@@ -60,7 +60,8 @@ class Source:
 class Piece:
     """So many paths of one angle on one realisation; ``number`` counts pieces of both.
 
-    With ``turn`` the light comes from all azimuths in turn, see `beam.beam`.
+    They fall on one of several ``parts`` of the tile: rays that follow each other then
+    meet facets near each other, which are in the cache.
     """
 
     source: Source
@@ -70,7 +71,8 @@ class Piece:
     phi: float
     number: int
     paths: int
-    turn: bool
+    part: int
+    parts: int
 
     def generator(self) -> np.random.Generator:
         """Its own random numbers."""
@@ -129,5 +131,6 @@ def run(piece: Piece) -> Tally:
         facet_of(scene),
         piece.paths,
         piece.generator(),
-        turn=piece.turn,
+        part=piece.part,
+        parts=piece.parts,
     )

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from .. import result
 
-BATCHES = 8
-"""Parts of a piece, each with a stratified beam of its own: their spread is the rays' error."""
+BATCHES = 32
+"""Light rays are dealt to so many batches in turn, all of them all over the tile: their
+spread is the rays' error."""
 
 LOST = ("below", "behind", "wrapped")
 """Why a path can be lost: it left the tile beneath its lowest point, it met the back of
