@@ -20,6 +20,10 @@ from .pieces import PIECE, Piece, Source, facet_of
 MOST_SURFACES = 1000
 """No error is worth more realisations: who asks for it is told what was reached."""
 
+ROUND = 8
+"""Pieces that cover the tile once, where their number is not known before."""
+_GOLDEN = (np.sqrt(5) - 1) / 2
+
 
 @dataclass(eq=False)
 class Lane:
@@ -29,7 +33,7 @@ class Lane:
     issued: int = 0
     added: int = 0
     closed: bool = False
-    look: int = 4  # at the error, after so many pieces
+    look: int = ROUND  # at the error, after so many pieces
     expected: float = np.inf  # pieces, from the last look
     waiting: dict[int, tuple[int, Tally]] = field(default_factory=dict)
 
@@ -101,7 +105,14 @@ class Ledger:
         number = lane.issued
         lane.issued += 1
         size = PIECE if self._by_error else self._sizes[number]
-        return Piece(self._source, self._name, angle, *self.angles[angle], number, size, self._turn)
+        parts = ROUND if self._by_error else len(self._sizes)
+        rounds, part = divmod(number, parts)
+        theta, phi = self.angles[angle]
+        if self._turn:
+            # From all sides in turn, the same for every seed: then what two runs on one
+            # surface differ by is their rays' error.
+            phi += 360 * (part + rounds * _GOLDEN) / parts
+        return Piece(self._source, self._name, angle, theta, phi, number, size, part, parts)
 
     def _least(self) -> int:
         """Realisations to make in any case."""
@@ -153,9 +164,9 @@ class Ledger:
             return
         # Pieces that were put together skip looks, all of which said that more are wanted.
         while lane.look < lane.added:
-            lane.look = _next_look(lane.look)
+            lane.look = _whole_rounds(_next_look(lane.look))
         if lane.tally is not None and lane.added == lane.look:
-            lane.look = _next_look(lane.look)
+            lane.look = _whole_rounds(_next_look(lane.look))
             seen = self._labelled([[lane.tally]], ([0.0], [0.0]))
             # The mean over realisations is that much better than each of them.
             surplus = precision.surplus(seen, self.scene) / np.sqrt(self._least())
@@ -190,3 +201,7 @@ class Ledger:
 def _next_look(now: int) -> int:
     """Errors are looked at ever less often: a look costs, and chance passes one of many."""
     return -(-now * 5 // 4)
+
+
+def _whole_rounds(pieces: int) -> int:
+    return -(-pieces // ROUND) * ROUND
