@@ -12,7 +12,7 @@ SURFACE_BYTES_PER_CELL = 300
 """Peak of synthesis alone."""
 
 BYTES_PER_LOBE = 5_000_000
-"""Peak of a lobe's bins, its tally's and their sums' (measured at n = 1.5, Kd = 0.8: 4.1e6)."""
+"""Peak of a lobe's bins, its tally's and their sums' (of 200 at n = 1.5: 3.1e6, Kd = 1: 4.8e6)."""
 
 
 def available() -> float:
