@@ -3,10 +3,8 @@
 The error of a mean over realisations has two parts, told apart in `spread`: rays on one
 surface (*within*) and differences of surfaces (*between*). Errors of rays come from
 batches that know nothing of each other, those of a lobe's bins from its paths. On isotropic
-surfaces each batch of a piece has its own part of the azimuths, and what these differ by
-counts as the rays' error: it is then claimed too large (up to two or three times, seen at
-γ = 1.75 in pieces of 131 072 paths and more), and σ_b too small. Errors of means over
-surfaces are not touched by it.
+surfaces light comes from azimuths that are the same for every run of as many paths: what
+others would have shown is a difference between surfaces.
 """
 
 from collections.abc import Iterator

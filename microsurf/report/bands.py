@@ -5,8 +5,7 @@ the variance that was summed over their paths (``bin_variance``). Higher orders 
 none: there a light ray brings a bin between 0 and 1, so the variance of their mean is
 at most that mean over the number of light rays (Poisson's). The error of all orders
 together is at most the sum of these errors, and that is what is drawn. Rays are taken as
-independent: stratified they spread less, and more on isotropic surfaces of so few facets
-(below 64² cells) that it matters that a batch has one azimuth.
+independent: stratified they spread less.
 """
 
 from collections.abc import Mapping

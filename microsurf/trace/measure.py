@@ -1,6 +1,8 @@
 """Ray-trace the surfaces of a scene: the measurement, with its errors and its losses."""
 
+import math
 import os
+import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
@@ -62,8 +64,9 @@ def measure(
         ``grazes``; the light that ``arrived`` and that ``ended`` otherwise (absorbed, left
         out or lost, by cause) in units of a path's share of its light ray; the number of
         ``ended_paths``; and what errors are made of, ``batch_flux`` and ``bin_variance``.
-        Attributes are ``seconds`` (tracing alone) and ``embree_ratio``, the part of them
-        that passed inside Embree.
+        Attributes are ``seconds``, in which at least one piece was traced (not those that
+        surfaces and meshes took), and ``embree_ratio``, the part of the workers' time that
+        passed inside Embree.
 
     Raises
     ------
@@ -91,10 +94,13 @@ def measure(
         bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]",
     )
     crew = executor or ThreadPoolExecutor(workers)
+    spans: list[tuple[float, float]] = []
     try:
         pieces.compiled()
         with bar:
-            for _ in _work(crew, ledger, kept, 2 * workers):
+            for done in _work(crew, ledger, kept, 2 * workers):
+                now = time.perf_counter()
+                spans += [(now - tally.seconds[0], now) for tally in done]
                 # Estimates change their mind; the bar never goes back.
                 bar.update(max(min(ledger.share_done(), 1) - bar.n, 0))
             bar.update(1 - bar.n)
@@ -110,10 +116,12 @@ def measure(
         pieces.forget()
     measured = ledger.labelled()
     seconds, inside = np.sum([tally.seconds for tally in ledger.tallies()], axis=0)
+    # What an earlier run had done took its part of the workers' time.
+    busy = sum(end - begin for begin, end in spans)
     measured.attrs |= {
         "rays": float(measured.rays.sum()),
         "grazes": float(measured.grazes.sum()),
-        "seconds": float(seconds) / workers,
+        "seconds": _covered(spans) + max(float(seconds) - busy, 0.0) / workers,
         "embree_ratio": float(inside / seconds),
     }
     return measured
@@ -125,8 +133,22 @@ def _made_isotropic(source: Source) -> bool:
     return "sigma_x" in recipe and recipe["sigma_x"] == recipe.get("sigma_y")
 
 
-def _work(executor: Executor, ledger: Ledger, kept: Keep | None, depth: int) -> Iterator[None]:
-    """Do what is wanted, ``depth`` pieces under way; after an error keep what is finished."""
+def _covered(spans: list[tuple[float, float]]) -> float:
+    """Length of the union of spans of time."""
+    length, until = 0.0, -math.inf
+    for begin, end in sorted(spans):
+        length += max(end - max(begin, until), 0.0)
+        until = max(until, end)
+    return length
+
+
+def _work(
+    executor: Executor, ledger: Ledger, kept: Keep | None, depth: int
+) -> Iterator[list[Tally]]:
+    """Do what is wanted, ``depth`` pieces under way; after an error keep what is finished.
+
+    Yields what was done just now, nothing for what an earlier run had done.
+    """
     wanted = ledger.wanted()
     under_way: dict[Future[Tally], Piece] = {}
     try:
@@ -142,14 +164,14 @@ def _work(executor: Executor, ledger: Ledger, kept: Keep | None, depth: int) -> 
                 else:
                     count, tally = found
                     ledger.take(piece, tally, count)
-                    yield
+                    yield []
             elif under_way:
                 for future in wait(under_way, return_when=FIRST_COMPLETED).done:
                     piece = under_way.pop(future)
                     with _workers_errors():
                         tally = future.result()
                     _finish(piece, tally, ledger, kept)
-                    yield
+                    yield [tally]
             else:
                 return
     except BaseException:
