@@ -76,14 +76,14 @@ def test_killed_at_random_moments_of_run_and_resumption(tmp_path):
     """Ten times each, over all of a run: while it loads, traces, writes, or when it is through."""
     rng = random.Random(4)  # noqa: S311 - moments
     unbroken = tmp_path / "unbroken.nc"
-    finished(*command(300_000, 8, unbroken))
+    finished(*command(100_000, 6, unbroken))
     begin = time.monotonic()
-    finished(*command(300_000, 8, unbroken))
+    finished(*command(100_000, 6, unbroken))
     duration = time.monotonic() - begin
     landed = []
     for k in range(10):
         out = tmp_path / f"{k}.nc"
-        words = command(300_000, 8, out)
+        words = command(100_000, 6, out)
         for more in ((), ("--resume",)):
             with start(*words, *more) as process:
                 time.sleep(rng.uniform(0.2, 1.05) * duration)
