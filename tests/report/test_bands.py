@@ -56,8 +56,8 @@ def test_bands_of_order_1_are_the_spread_of_other_rays(repeated):
 
     A fan fills a whole sector: of the body lobe only the two half planes are independent.
 
-    Stratified rays spread less than independent ones. A mean over all sectors (θ_i = 0) spreads less
-    than they would on their own, because they share out the light.
+    Stratified rays spread less than independent ones. A mean over all sectors (θ_i = 0)
+    spreads less than they would on their own, because they share out the light.
     """
     _, dataset = repeated
     for key in ("specular", "body"):
