@@ -22,7 +22,7 @@ from microsurf.surface import ENDINGS
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "16")
 TINY = (*SURFACE, "--paths", "2000", "--realisations", "2")
-COMMANDS = ("surface", "measure", "predict", "validate", "plot")
+COMMANDS = ("surface", "measure", "predict", "validate", "convergence", "plot")
 BY_ANGLE_AND_KD = ("albedo", "albedo_se")
 BY_ORDER = ("albedo_by_order", "specular_by_order", "body_by_order")
 SCENE = """

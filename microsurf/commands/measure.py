@@ -92,12 +92,16 @@ def measure_command(
         **summary.figures(measured, asked.material.n, asked.material.kd),
         **summary.losses(measured),
         "paths": int(paths),
+        "light_rays": int(measured.light_rays.sum()),
         "rays": int(measured.attrs["rays"]),
         "grazes": int(measured.attrs["grazes"]),
+        "leaks": int(measured.leaks.sum()),
         "seconds": measured.attrs["seconds"],
         "paths_per_second": paths / measured.attrs["seconds"],
         "embree_ratio": measured.attrs["embree_ratio"],
     }
+    if as_json:
+        values["errors"] = precision.as_json(measured, asked)
     if asked.accuracy.standard_error is not None:
         values |= _reached(measured, asked)
         _say(values, asked)
