@@ -170,6 +170,11 @@ def test_the_table_for_people_has_the_same_keys(run):
     assert ran.err == ""
 
 
+def test_a_black_surface_has_a_table_too(run):
+    ran = run("measure", "--sigma", "0", "--n", "1", "--kd", "0", "--paths", "100", "--theta", "10")
+    assert "nothing is reflected" in ran.out
+
+
 def test_options_override_the_scene(run):
     Path("scene.toml").write_text(SCENE + '[expect.total]\nverdict = ["holds"]\n')
     plain = run("measure", "scene.toml", "--json").json

@@ -100,8 +100,8 @@ def measure_command(
         "paths_per_second": paths / measured.attrs["seconds"],
         "embree_ratio": measured.attrs["embree_ratio"],
     }
-    if as_json:
-        values["errors"] = precision.as_json(measured, asked)
+    errors = precision.as_json(measured, asked)
+    values["errors"] = errors if as_json else _for_people(errors)
     if asked.accuracy.standard_error is not None:
         values |= _reached(measured, asked)
         _say(values, asked)
@@ -109,6 +109,15 @@ def measure_command(
         _put(measured, out, parts)
         values["file"] = str(out)
     show(values, as_json)
+
+
+def _for_people(errors: list[dict[str, Any]]) -> str:
+    """What to buy next for the total albedo, the worst angle and Kd."""
+    totals = [row for row in errors if row["quantity"] == "total"]
+    if not totals:
+        return "none: nothing is reflected"
+    worst = max(totals, key=lambda row: row["error"] / (row["mean"] or 1.0))
+    return f"total albedo at {worst['theta_i']:g}°: {worst['advice']}"
 
 
 @contextmanager
