@@ -52,7 +52,9 @@ def connected(address: str) -> Iterator[Crew]:
             'install it with pip install "microsurf[cluster]"'
         ) from error
     # It logs each lost connection with a traceback; what matters comes back as an error.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in list(logging.root.manager.loggerDict):
+        if name.startswith("distributed"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         # At once where nobody listens; a Client would try again and again.
         place = urlsplit(address)

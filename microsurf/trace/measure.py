@@ -200,7 +200,8 @@ def _workers_errors() -> Iterator[None]:
     except (MicrosurfError, MemoryError, KeyboardInterrupt):
         raise
     except Exception as error:
+        what = ": ".join(filter(None, (type(error).__name__, str(error))))
         raise MicrosurfError(
-            f"a worker was lost or failed ({type(error).__name__}: {error}); "
+            f"a worker was lost or failed ({what}); "
             "what is finished is kept, start again with --resume"
         ) from error
