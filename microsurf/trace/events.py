@@ -299,8 +299,8 @@ def take_events(
             fan[5], fan[6] = mz, mx * fan[3] + my * fan[4]
             fan[7] = rng.random()
             # The fan's rays may be blocked from the first ring, or from none.
-            last = np.pi / 2 + np.arctan2(fan[6], mz)
-            high = min(np.searchsorted(rings.edges, last), len(ring_cosines))
+            fan[8] = np.pi / 2 + np.arctan2(fan[6], mz)
+            high = min(np.searchsorted(rings.edges, fan[8]), len(ring_cosines))
             low = high if pz >= top else 0  # nothing is above the highest point
             alive = _search(
                 fan, low, high, through * weight, batch, azimuth, grid,

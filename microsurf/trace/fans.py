@@ -23,8 +23,9 @@ from .. import result
 from .compile import compiled
 from .empty_space import put
 
-FAN = 8
-"""Numbers of a fan: its start x, y, z; cos φ, sin φ; m_z, m_t; the random number of its θ."""
+FAN = 9
+"""Numbers of a fan: its start x, y, z; cos φ, sin φ; m_z, m_t; the random number of its θ;
+and the θ up to which the facet looks, 90° + arctan(m_t / m_z)."""
 _GAUSS = 0.5 - 0.5 / np.sqrt(3)
 _NEAR = 0.05  # radians
 _LEVELS, _TILTS = 16, 8
@@ -81,10 +82,8 @@ def _density(sine, cosine, mz, mt, n):
 
 
 @compiled
-def shares(mz, mt, rings, into):
-    """Light of each ring the facet looks into, not normalised; their number and their sum."""
-    # The facet looks up to θ = 90° + arctan(m_t / m_z).
-    last = np.pi / 2 + np.arctan2(mt, mz)
+def shares(mz, mt, last, rings, into):
+    """Light of each ring the facet looks into, up to ``last``; their number and their sum."""
     total = 0.0
     count = 0
     while count < len(into) and rings.edges[count] < last:
@@ -106,12 +105,11 @@ def shares(mz, mt, rings, into):
 
 
 @compiled
-def elevation(ring, mz, mt, chance, rings):
+def elevation(ring, mz, mt, last, chance, rings):
     """θ of a ring's direction: ``chance`` in [0, 1) through the density of its light."""
     low, high = rings.edges[ring], rings.edges[ring + 1]
     a = _density(rings.edge_sines[ring], rings.edge_cosines[ring], mz, mt, rings.n)
     b = _density(rings.edge_sines[ring + 1], rings.edge_cosines[ring + 1], mz, mt, rings.n)
-    last = np.pi / 2 + np.arctan2(mt, mz)
     if high > last - _NEAR:
         # Where the facet stops looking light falls as μ, with an interface as T(μ) μ ∝ μ².
         power = 2 if rings.n == 1 else 3
@@ -139,14 +137,14 @@ def next_probe(fan, low, high, found, grid):
 def like(fan, grid):
     """Class of fans that see alike: those of similar height and tilt along their azimuth."""
     level = int((fan[2] - grid.bottom) / (grid.top - grid.bottom + 1e-300) * _LEVELS)
-    tilt = int((np.arctan2(fan[6], fan[5]) / np.pi + 0.5) * _TILTS)
+    tilt = int(fan[8] / np.pi * _TILTS)
     return min(max(level, 0), _LEVELS - 1) * _TILTS + min(max(tilt, 0), _TILTS - 1)
 
 
 @compiled
 def probe(then, alive, fan, ring, weight, batch, rings):
     """Send a ray along a fan's direction in one ring, from its start."""
-    theta = elevation(ring, fan[5], fan[6], fan[7], rings)
+    theta = elevation(ring, fan[5], fan[6], fan[8], fan[7], rings)
     sine, cosine = np.sin(theta), np.cos(theta)
     put(
         then, alive, fan[0], fan[1], fan[2],
@@ -169,7 +167,7 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
 
     Light is ``weight``; the ring is −1 if nothing is blocked.
     """
-    count, total = shares(fan[5], fan[6], rings, light)
+    count, total = shares(fan[5], fan[6], fan[8], rings, light)
     sector = sector_of(fan[3], fan[4], azimuth)
     seen = 0.0
     for ring in range(min(first, count)):

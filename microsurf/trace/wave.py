@@ -43,7 +43,7 @@ def empty_wave(size: int) -> Wave:
         np.zeros((size, 3)),
         np.zeros(size),
         np.zeros((size, 8), np.int64),
-        np.zeros((size, 8)),
+        np.zeros((size, 9)),
     )
 
 

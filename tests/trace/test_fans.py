@@ -40,7 +40,7 @@ def test_shares_are_the_light_of_each_ring(mz, mt, n, tolerance):
     """Parts of all light, as the module's text says; at n = 100 T falls to 0 within a ring."""
     rings = fans.all_rings(n)
     light = np.zeros(len(rings.edges) - 1)
-    count, total = fans.shares(mz, mt, rings, light)
+    count, total = fans.shares(mz, mt, np.pi / 2 + np.arctan2(mt, mz), rings, light)
     exact = np.array([light_between(a, b, mz, mt, n) for a, b in itertools.pairwise(rings.edges)])
     assert total == pytest.approx(light.sum(), rel=1e-13)
     assert not light[count:].any()
@@ -58,11 +58,12 @@ def test_directions_within_a_ring_follow_its_light(mz, mt):
     """
     rings = fans.all_rings(1.5)
     light = np.zeros(len(rings.edges) - 1)
-    count, total = fans.shares(mz, mt, rings, light)
+    count, total = fans.shares(mz, mt, np.pi / 2 + np.arctan2(mt, mz), rings, light)
+    last = np.pi / 2 + np.arctan2(mt, mz)
     chances = (np.arange(500) + 0.5) / 500
     for ring in range(count):
         low, high = rings.edges[ring], min(rings.edges[ring + 1], np.pi / 2 + np.arctan2(mt, mz))
-        theta = [fans.elevation(ring, mz, mt, chance, rings) for chance in chances]
+        theta = [fans.elevation(ring, mz, mt, last, chance, rings) for chance in chances]
         grid = np.linspace(low, high, 2001)
         below = integrate.cumulative_trapezoid(density(grid, mz, mt, 1.5), grid, initial=0)
         gap = np.abs(np.interp(theta, grid, below / below[-1]) - chances).max()
