@@ -101,7 +101,7 @@ def test_processes_do_the_same_and_a_lost_one_ends_with_one_line(monkeypatch, pr
     assert same(resumed, measure(asked, workers=2))
 
 
-@pytest.mark.parametrize("by_error", [False, True])
+@pytest.mark.parametrize("by_error", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_failed_and_resumed_comes_to_the_same_bits(monkeypatch, tmp_path, by_error):
     """Again and again, until it is through."""
     many_pieces(monkeypatch)
