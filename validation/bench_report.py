@@ -31,7 +31,7 @@ _METHOD = """\
 Each side in a process of its own, on the same heights, n = 1.5, Kd = 0.8; speeds by the median of
 turns taken one after the other, everything compiled before. Where we split a light ray into
 several paths, a path is not a whole one: light rays a second say what comes in, efficiency says
-what comes out. Variances over independent batches of 262144 paths, 48 of ours and 128 of theirs
+what comes out. Variances over independent batches of 262144 paths, 32 of ours and 96 of theirs
 (fewer with --quick), the same estimator for both; intervals are 95 %, of the variances alone. An
 order is judged where 10 paths a batch or more reach it on both sides, a bin where 3 do. Mitsuba is
 given origins stratified in our order, which its packets of rays gain from more than we do; the
