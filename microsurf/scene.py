@@ -1,20 +1,16 @@
 """What is asked: material, roughness, surface, light, accuracy. Files: `scene_file`."""
 
-import math
-import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import memory
+from . import checks, memory
 from .errors import InputError
+from .expectation import Expectation
 
 STRUCTURES = ("independent",)
 BOUNDARIES = ("periodic", "mirror")
 LEVELS = ("none", "plane", "quadratic")
-QUANTITIES = ("specular", "body", "total")
-VERDICTS = ("holds", "departs", "undecided")
-ANY_VERDICT = ("|".join(VERDICTS),)
 MAX_CELLS = 16384
 MAX_INDEX = 100.0
 """Largest n and k: beyond, 4/n of the light at most enters, and F is 1 but at grazing."""
@@ -28,36 +24,6 @@ SPACINGS = (1e-30, 1e30)
 """Spacings in the unit of length: squares of heights and float32 meshes must hold them."""
 
 
-def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
-    if not condition:
-        # reprlib cuts what is too long for one line.
-        raise InputError(f"{name} = {reprlib.repr(value)}: must be {allowed}")
-
-
-def _number(name: str, value: Any) -> float:
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
-    _require(plain, name, value, "a number")
-    try:
-        number = float(value)
-    except OverflowError:  # a whole number beyond every float
-        number = math.inf
-    _require(math.isfinite(number), name, value, "a finite number")
-    return number
-
-
-def _whole(name: str, value: Any, low: int, high: int) -> int:
-    plain = isinstance(value, int) and not isinstance(value, bool)
-    _require(plain, name, value, "a whole number")
-    _require(low <= value <= high, name, value, f"{low} … {high}")
-    return int(value)
-
-
-def _numbers(name: str, value: Any) -> tuple[float, ...]:
-    values = value if isinstance(value, list | tuple) else [value]
-    _require(len(values) > 0, name, value, "a number or a list of at least one")
-    return tuple(_number(name, v) for v in values)
-
-
 def _check_cells(cells: Any) -> None:
     """Refuse a number of cells a side that no mesh has, saying what memory it would take."""
     plain = isinstance(cells, int) and not isinstance(cells, bool)
@@ -67,12 +33,7 @@ def _check_cells(cells: Any) -> None:
             f"{memory.gibibytes(cells**2 * memory.TRACE_BYTES_PER_CELL)} of memory, "
             f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.TRACE_BYTES_PER_CELL)}"
         )
-    _whole("surface.cells", cells, 2, MAX_CELLS)
-
-
-def _choice(name: str, value: Any, allowed: tuple[str, ...]) -> str:
-    _require(value in allowed, name, value, f"one of {', '.join(allowed)}")
-    return str(value)
+    checks.whole("surface.cells", cells, 2, MAX_CELLS)
 
 
 @dataclass(frozen=True)
@@ -89,21 +50,21 @@ class Material:
     k: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "n", _number("material.n", self.n))
-        object.__setattr__(self, "k", _number("material.k", self.k))
-        _require(0 <= self.k <= MAX_INDEX, "material.k", self.k, "0 (a dielectric) … 100")
+        object.__setattr__(self, "n", checks.number("material.n", self.n))
+        object.__setattr__(self, "k", checks.number("material.k", self.k))
+        checks.require(0 <= self.k <= MAX_INDEX, "material.k", self.k, "0 (a dielectric) … 100")
         if self.kd == ():
             object.__setattr__(self, "kd", 0.0 if self.conductor else 0.8)
-        object.__setattr__(self, "kd", _numbers("material.kd", self.kd))
+        object.__setattr__(self, "kd", checks.numbers("material.kd", self.kd))
         for kd in self.kd:
-            _require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
+            checks.require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
         if self.conductor:
-            _require(0 < self.n <= MAX_INDEX, "material.n", self.n, "> 0 … 100 (with k)")
-            _require(
+            checks.require(0 < self.n <= MAX_INDEX, "material.n", self.n, "> 0 … 100 (with k)")
+            checks.require(
                 self.kd == (0.0,), "material.kd", self.kd, "left out: a conductor has no substrate"
             )
         else:
-            _require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
+            checks.require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
 
     @property
     def conductor(self) -> bool:
@@ -122,23 +83,25 @@ class Roughness:
     sigma: tuple[float, ...] = (0.5,)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gamma", _number("roughness.gamma", self.gamma))
-        object.__setattr__(self, "sigma", _numbers("roughness.sigma", self.sigma))
-        _require(
+        object.__setattr__(self, "gamma", checks.number("roughness.gamma", self.gamma))
+        object.__setattr__(self, "sigma", checks.numbers("roughness.sigma", self.sigma))
+        checks.require(
             self.gamma > 1.5,
             "roughness.gamma",
             self.gamma,
             "> 1.5 (below, the mean slope of the surface is infinite)",
         )
-        _require(len(self.sigma) <= 2, "roughness.sigma", self.sigma, "one number or two (x, y)")
+        checks.require(
+            len(self.sigma) <= 2, "roughness.sigma", self.sigma, "one number or two (x, y)"
+        )
         for sigma in self.sigma:
-            _require(
+            checks.require(
                 sigma == 0 or 1e-6 <= sigma <= 1000,
                 "roughness.sigma",
                 sigma,
                 "0 (flat) or 1e-6 … 1000",
             )
-        _require(
+        checks.require(
             (self.sigma_x > 0) == (self.sigma_y > 0),
             "roughness.sigma",
             self.sigma,
@@ -176,26 +139,30 @@ class Surface:
 
     def __post_init__(self) -> None:
         _check_cells(self.cells)
-        object.__setattr__(self, "correlation", _number("surface.correlation", self.correlation))
+        object.__setattr__(
+            self, "correlation", checks.number("surface.correlation", self.correlation)
+        )
         low, high = CORRELATIONS
-        _require(
+        checks.require(
             low <= self.correlation <= high,
             "surface.correlation",
             self.correlation,
             f"{low:g} … {high:g} cells",
         )
-        _choice("surface.structure", self.structure, STRUCTURES)
-        _whole("surface.realisations", self.realisations, 1, 10_000)
+        checks.choice("surface.structure", self.structure, STRUCTURES)
+        checks.whole("surface.realisations", self.realisations, 1, 10_000)
         if self.spacing is not None:
-            spacing = _number("surface.spacing", self.spacing)
+            spacing = checks.number("surface.spacing", self.spacing)
             object.__setattr__(self, "spacing", spacing)
             low, high = SPACINGS
-            _require(low <= spacing <= high, "surface.spacing", spacing, f"{low:g} … {high:g}")
+            checks.require(
+                low <= spacing <= high, "surface.spacing", spacing, f"{low:g} … {high:g}"
+            )
         if self.boundary is not None:
-            _choice("surface.boundary", self.boundary, BOUNDARIES)
-        _choice("surface.level", self.level, LEVELS)
+            checks.choice("surface.boundary", self.boundary, BOUNDARIES)
+        checks.choice("surface.level", self.level, LEVELS)
         named = self.file is None or (isinstance(self.file, str) and self.file != "")
-        _require(named, "surface.file", self.file, "the name of a file")
+        checks.require(named, "surface.file", self.file, "the name of a file")
 
 
 @dataclass(frozen=True)
@@ -211,14 +178,16 @@ class Light:
         return len(self.theta) * len(self.phi)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "theta", _numbers("light.theta", self.theta))
-        object.__setattr__(self, "phi", _numbers("light.phi", self.phi))
+        object.__setattr__(self, "theta", checks.numbers("light.theta", self.theta))
+        object.__setattr__(self, "phi", checks.numbers("light.phi", self.phi))
         for theta in self.theta:
-            _require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
+            checks.require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
         for phi in self.phi:
-            _require(-360 <= phi <= 360, "light.phi", phi, "−360 … 360 degrees")
+            checks.require(-360 <= phi <= 360, "light.phi", phi, "−360 … 360 degrees")
         for name, values in (("light.theta", self.theta), ("light.phi", self.phi)):
-            _require(len(set(values)) == len(values), name, list(values), "without repetition")
+            checks.require(
+                len(set(values)) == len(values), name, list(values), "without repetition"
+            )
 
 
 @dataclass(frozen=True)
@@ -234,12 +203,12 @@ class Accuracy:
     lobe_error: float | None = None
 
     def __post_init__(self) -> None:
-        _whole("accuracy.paths", self.paths, 1, 10**12)
+        checks.whole("accuracy.paths", self.paths, 1, 10**12)
         for name in ("standard_error", "lobe_error"):
             asked = getattr(self, name)
             if asked is not None:
-                number = _number(f"accuracy.{name}", asked)
-                _require(LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1")
+                number = checks.number(f"accuracy.{name}", asked)
+                checks.require(LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1")
                 object.__setattr__(self, name, number)
         if self.lobe_error is not None and self.standard_error is None:
             raise InputError(
@@ -259,36 +228,12 @@ class Effects:
     multiple_scattering: bool = True
 
     def __post_init__(self) -> None:
-        _require(
+        checks.require(
             isinstance(self.multiple_scattering, bool),
             "effects.multiple_scattering",
             self.multiple_scattering,
             "true or false",
         )
-
-
-@dataclass(frozen=True)
-class Expectation:
-    """Verdict a scene must show for one quantity, for each θ_i in order, and why.
-
-    ``margin`` is the relative difference up to which the theory counts as holding.
-    ``verdict`` names one verdict for all angles or one for each; ``"a|b"`` allows both.
-    """
-
-    verdict: tuple[str, ...] = ANY_VERDICT
-    margin: float = 0.05
-    why: str = ""
-
-    def __post_init__(self) -> None:
-        given = self.verdict
-        verdict = tuple(given) if isinstance(given, list | tuple) else (given,)
-        object.__setattr__(self, "verdict", verdict)
-        for entry in verdict:
-            for word in str(entry).split("|"):
-                _choice("expect.verdict", word, VERDICTS)
-        _require(isinstance(self.why, str), "expect.why", self.why, "a text")
-        object.__setattr__(self, "margin", _number("expect.margin", self.margin))
-        _require(0 < self.margin < 1, "expect.margin", self.margin, "between 0 and 1")
 
 
 @dataclass(frozen=True)
@@ -307,7 +252,9 @@ class Scene:
 
     def __post_init__(self) -> None:
         for name in ("title", "rationale"):
-            _require(isinstance(getattr(self, name), str), name, getattr(self, name), "a text")
+            checks.require(
+                isinstance(getattr(self, name), str), name, getattr(self, name), "a text"
+            )
         for quantity, expected in self.expect.items():
             if len(expected.verdict) not in (1, len(self.light.theta)):
                 raise InputError(

@@ -10,12 +10,11 @@ from typing import Any
 import tomli_w
 
 from .errors import InputError
+from .expectation import QUANTITIES, Expectation
 from .files import check_readable
 from .scene import (
-    QUANTITIES,
     Accuracy,
     Effects,
-    Expectation,
     Light,
     Material,
     Roughness,

@@ -7,19 +7,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from microsurf.errors import InputError
+from microsurf.expectation import QUANTITIES, VERDICTS, Expectation
 from microsurf.scene import (
     BOUNDARIES,
     CORRELATIONS,
     LEVELS,
     MAX_CELLS,
     MAX_INDEX,
-    QUANTITIES,
     SPACINGS,
     STRUCTURES,
-    VERDICTS,
     Accuracy,
     Effects,
-    Expectation,
     Light,
     Material,
     Roughness,

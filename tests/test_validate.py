@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from microsurf import validate
+from microsurf.expectation import Expectation
 from microsurf.scene import (
     Accuracy,
     Effects,
-    Expectation,
     Light,
     Material,
     Roughness,

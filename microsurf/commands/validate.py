@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from .. import memory, report, scene
+from .. import expectation, memory, report
 from ..errors import InputError
 from ..validate import validate_scene
 from .options import PATH, as_json, compose, seed, workers
@@ -57,7 +57,9 @@ def validate_command(
     broken = [text for entry in results for text in entry.broken]
     values = {
         "scenes": list(scenes),
-        "verdicts": {word: sum(row.verdict == word for row in rows) for word in scene.VERDICTS},
+        "verdicts": {
+            word: sum(row.verdict == word for row in rows) for word in expectation.VERDICTS
+        },
         "unexpected": len(unexpected) + len(broken),
         "seconds": time.perf_counter() - begin,
         "out": str(out),

@@ -11,7 +11,8 @@ import xarray as xr
 from scipy import stats
 
 from .. import summary
-from ..scene import Expectation, Scene
+from ..expectation import Expectation
+from ..scene import Scene
 
 CONFIDENCE = 0.95
 

@@ -12,7 +12,8 @@ import pytest
 from microsurf import report, result, validate
 from microsurf.commands.validate import built_in_scenes
 from microsurf.errors import InputError
-from microsurf.scene import Accuracy, Expectation, Light, Material, Scene, Surface
+from microsurf.expectation import Expectation
+from microsurf.scene import Accuracy, Light, Material, Scene, Surface
 from microsurf.scene_file import read
 
 NASTY = "<script>alert(\"x\")</script> & 'quotes' {{ 7 * 7 }} </title><img src=x onerror=a()> σ"

@@ -6,7 +6,8 @@ from scipy import stats
 
 from microsurf import result
 from microsurf.errors import InputError
-from microsurf.scene import Expectation, Light, Material, Scene
+from microsurf.expectation import Expectation
+from microsurf.scene import Light, Material, Scene
 from microsurf.verdict import compare
 from microsurf.verdict.compare import decide
 
