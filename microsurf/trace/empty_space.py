@@ -7,7 +7,7 @@ greatest heights it gets near the surface in a few steps.
 
 import numpy as np
 
-from .compile import compiled
+from .compile import compiled, inlined
 from .grid import LEVEL_STEP, MARGIN
 
 MOST_WRAPS = 100_000
@@ -92,7 +92,7 @@ def launch(first, starts, begin, end, dx, dy, dz, batches, wave, grid, x0, y0, t
         put(wave, first + k - begin, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, k % batches)
 
 
-@compiled
+@inlined
 def put(wave, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch):
     """Make one ray the wave's r-th."""
     wave.origins[r, 0], wave.origins[r, 1], wave.origins[r, 2] = px, py, pz

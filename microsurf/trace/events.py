@@ -9,7 +9,7 @@ ray by ray. At later facets a path draws one of both.
 import numpy as np
 
 from .. import result
-from .compile import compiled
+from .compile import compiled, inlined
 from .empty_space import put
 from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
 from .meeting import BACK, meet, onward
@@ -40,14 +40,14 @@ def _body_direction(mx, my, mz, facet, bound, rng):
                 return dx, dy, dz
 
 
-@compiled
+@inlined
 def _mirrored(dx, dy, dz, mx, my, mz, mu):
     dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
     norm = np.sqrt(dx * dx + dy * dy + dz * dz)
     return dx / norm, dy / norm, dz / norm
 
 
-@compiled
+@inlined
 def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
     """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
     row = min(order, 4) - 1
@@ -202,7 +202,7 @@ def take_events(
     return alive, unmet, grazes, leaks
 
 
-@compiled
+@inlined
 def _search(
     fan,
     low,

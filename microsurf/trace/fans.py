@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import result
-from .compile import compiled
+from .compile import compiled, inlined
 from .empty_space import put
 
 FAN = 9
@@ -67,7 +67,7 @@ def transmittance(mu, n, k):
     return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
 
 
-@compiled
+@inlined
 def _density(sine, cosine, mz, mt, n):
     """T(μ) μ sinθ; 0 where the facet does not look. T over one denominator, for speed."""
     mu = mz * cosine + mt * sine
@@ -81,7 +81,7 @@ def _density(sine, cosine, mz, mt, n):
     return 2 * g * mu * (along * along + n * n * across * across) / (both * both) * mu * sine
 
 
-@compiled
+@inlined
 def shares(mz, mt, last, rings, into):
     """Light of each ring the facet looks into, up to ``last``; their number and their sum."""
     total = 0.0
@@ -104,7 +104,7 @@ def shares(mz, mt, last, rings, into):
     return count, total
 
 
-@compiled
+@inlined
 def elevation(ring, mz, mt, last, chance, rings):
     """θ of a ring's direction: ``chance`` in [0, 1) through the density of its light."""
     low, high = rings.edges[ring], rings.edges[ring + 1]
@@ -118,7 +118,7 @@ def elevation(ring, mz, mt, last, chance, rings):
     return low + (high - low) * chance * (a + b) / (a + np.sqrt(a * a + chance * (b * b - a * a)))
 
 
-@compiled
+@inlined
 def next_probe(fan, low, high, found, grid):
     """Which ring to try, the first blocked one being in low … high: the median of like fans."""
     seen = found[like(fan, grid)]
@@ -133,7 +133,7 @@ def next_probe(fan, low, high, found, grid):
     return ring
 
 
-@compiled
+@inlined
 def like(fan, grid):
     """Class of fans that see alike: those of similar height and tilt along their azimuth."""
     level = int((fan[2] - grid.bottom) / (grid.top - grid.bottom + 1e-300) * _LEVELS)
@@ -141,7 +141,7 @@ def like(fan, grid):
     return min(max(level, 0), _LEVELS - 1) * _TILTS + min(max(tilt, 0), _TILTS - 1)
 
 
-@compiled
+@inlined
 def probe(then, alive, fan, ring, weight, batch, rings):
     """Send a ray along a fan's direction in one ring, from its start."""
     theta = elevation(ring, fan[5], fan[6], fan[8], fan[7], rings)
@@ -154,14 +154,14 @@ def probe(then, alive, fan, ring, weight, batch, rings):
         then.fan[alive, j] = fan[j]
 
 
-@compiled
+@inlined
 def sector_of(dx, dy, azimuth):
     """Sector of a direction, ``azimuth`` of incidence in degrees."""
     turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * result.SECTORS
     return int(np.floor(turn + 0.5)) % result.SECTORS
 
 
-@compiled
+@inlined
 def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 

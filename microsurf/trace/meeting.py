@@ -8,7 +8,7 @@ nothing above its own triangle, so the new origin is above the surface.
 
 import numpy as np
 
-from .compile import compiled
+from .compile import inlined
 from .empty_space import MOST_WRAPS, OFFSET, advance
 from .grid import MARGIN
 from .wave import BELOW, WRAPPED
@@ -17,7 +17,7 @@ _PASSES = 8 * 2.0**-23  # of the ray's length: as near float32 may take it to pa
 BACK = 1e-6  # float32 directions may meet a grazed triangle from behind by this cosine
 
 
-@compiled
+@inlined
 def _corners(cell_x, cell_y, side, heights, flipped):
     """Corners of a triangle in the order of `grid.triangles`, and its slopes p, q."""
     h00, h10 = float(heights[cell_y, cell_x]), float(heights[cell_y, cell_x + 1])
@@ -31,12 +31,12 @@ def _corners(cell_x, cell_y, side, heights, flipped):
     return 0, 0, h00, 1, 1, h11, 0, 1, h01, h11 - h01, h01 - h00
 
 
-@compiled
+@inlined
 def _edge(x, y, z):
     return np.sqrt(x * x + y * y + z * z)
 
 
-@compiled
+@inlined
 def onward(r, wave, grid, x0, y0, top, reach):
     """A ray that met no triangle: out above, lost, or round the period.
 
@@ -76,7 +76,7 @@ def onward(r, wave, grid, x0, y0, top, reach):
     return 0, WRAPPED if wraps >= MOST_WRAPS else -1, px, py, pz, wraps
 
 
-@compiled
+@inlined
 def meet(r, wave, triangle, u, v, grid, x0, y0, reach):
     """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start."""
     width = grid.flipped.shape[1]
