@@ -59,7 +59,7 @@ def processes():
         yield executor
 
 
-@pytest.mark.parametrize("by_error", [False, True])
+@pytest.mark.parametrize("by_error", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_the_same_bits_by_threads_and_in_any_order(monkeypatch, by_error):
     many_pieces(monkeypatch)
     asked = scene(by_error=by_error)
