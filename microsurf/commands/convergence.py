@@ -66,15 +66,10 @@ def convergence_command(
 def _check(asked: Scene, most: int) -> None:
     """Refuse what would not fit, and a file that is not there, before any work."""
     if asked.surface.file is not None:
-        check_from_file(asked, dict.fromkeys(_NOT_GIVEN))
+        check_from_file(asked, {})
     elif asked.requires.roughness:
         cells = max(most, asked.surface.cells)
         memory.require(cells**2, memory.TRACE_BYTES_PER_CELL, "surface.cells")
-
-
-_NOT_GIVEN = (
-    "gamma", "sigma", "sigma_y", "cells", "correlation", "structure", "realisations",
-)  # fmt: skip
 
 
 def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:

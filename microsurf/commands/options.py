@@ -100,11 +100,11 @@ def check_from_file(asked: Scene, given: dict[str, Any]) -> None:
         return
     check_readable(Path(file), "`microsurf surface --out FILE` writes one")
     for name in _OF_MADE_SURFACES:
-        if given[name] is not None:
+        if given.get(name) is not None:
             raise InputError(
                 f"--{name.replace('_', '-')} = {given[name]}: the surface is {file}; leave it out"
             )
-    if given["realisations"] not in (None, 1):
+    if given.get("realisations") not in (None, 1):
         raise InputError(
             f"--realisations = {given['realisations']}: {file} is one surface; leave it out"
         )

@@ -70,7 +70,8 @@ def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosi
 @compiled
 def take_events(
     active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
-    facet, bound, azimuth, ring_cosines, body_edges, rings, found, light, fan, detector, rng,
+    facet, branches, bound, azimuth, ring_cosines, body_edges,
+    rings, found, light, fan, detector, rng,
 ):  # fmt: skip
     """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
 
@@ -80,7 +81,6 @@ def take_events(
     Returns the number of rays that go on, of those among them that have met no facet
     yet, of grazes, and of rays that fell through an edge and are sent again.
     """
-    branches = 2 if facet.interface and facet.substrate else 1
     alive = unmet = grazes = leaks = 0
     for r in range(active):
         dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]

@@ -10,7 +10,7 @@ from .. import __version__, result
 from ..scene import Scene
 from ..scene_file import to_toml
 from .paths import Facet, Tally
-from .wave import ENDS, LOST
+from .wave import BATCHES, ENDS, LOST
 
 Array = NDArray[np.float64]
 
@@ -32,11 +32,10 @@ def labelled(
     thetas, phis = angles
     shape = (len(tallies), len(thetas), len(phis))
     events = max(tally.energy.shape[1] for row in tallies for tally in row)
-    most = max(len(tally.batches) for row in tallies for tally in row)
     orders, bins = len(result.ORDERS), (result.RINGS, result.SECTORS)
     flux = np.zeros((*shape, orders, events, *bins))
     variance = np.zeros((*shape, len(result.KINDS), *bins))
-    batches, batch_light = np.zeros((*shape, most, orders, events)), np.zeros((*shape, most))
+    batches, batch_light = np.zeros((*shape, BATCHES, orders, events)), np.zeros((*shape, BATCHES))
     counts = np.zeros((*shape, 5))
     arrived, ended, lost = np.zeros(shape), *(np.zeros((*shape, len(ENDS))) for _ in range(2))
     weight = facet.path_weight(events)
@@ -46,8 +45,8 @@ def labelled(
             seen = tally.energy.shape[1]
             flux[place][:, :seen] = tally.energy / tally.light
             variance[place] = tally.squares / tally.light**2
-            batches[place][: len(tally.batches), :, :seen] = tally.batches
-            batch_light[place][: len(tally.batches)] = tally.batch_light
+            batches[place][..., :seen] = tally.batches
+            batch_light[place] = tally.batch_light
             # One path's share of its light ray is the unit.
             arrived[place] = tally.energy.sum() * facet.branches
             ended[place] = tally.ended * facet.branches

@@ -18,7 +18,7 @@ from .empty_space import OFFSET, launch
 from .events import take_events
 from .fans import FAN, LIKE, all_rings
 from .grid import Grid
-from .wave import BATCHES, ENDS, empty_detector, empty_wave
+from .wave import BATCHES, empty_detector, empty_wave
 
 WAVE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
 
@@ -193,7 +193,7 @@ def trace(
         traced += active
         active, unmet, grazed, leaked = take_events(
             active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, bound, phi, ring_cosines, result.BODY_EDGES,
+            facet, facet.branches, bound, phi, ring_cosines, result.BODY_EDGES,
             rings, found, light_of_rings, fan, detector, rng,
         )  # fmt: skip
         wave, then = then, wave
@@ -210,8 +210,3 @@ def trace(
         np.array([light, light * facet.branches, traced, grazes, leaks]),
         np.array([time.perf_counter() - begin, inside]),
     )
-
-
-def ends(tally: Tally) -> dict[str, float]:
-    """Light that reached no detector, by how it ended."""
-    return dict(zip(ENDS, tally.ended.tolist(), strict=True))
