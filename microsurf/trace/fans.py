@@ -9,9 +9,10 @@ as a whole; the rest goes on as one path, along one of the blocked directions, d
 their shares. The shares add up to the light, so the books close fan by fan.
 
 The share of a ring is ∫ T(μ) μ sinθ dθ, with μ = m_z cosθ + m_t sinθ for a normal with
-m_t along the azimuth, by Gauss's rule of two nodes a ring; its direction is drawn from
-the density that is linear between the ring's edges. For n ≤ 2.4 the shares are right
-to 1e−6 of the light. Rings go on below the horizon, where all are blocked.
+m_t along the azimuth: without an interface (T = 1) in closed form, else by Gauss's rule of
+two nodes a ring, right to 1e−6 of the light for n ≤ 2.4. Its direction is drawn from the
+density that is linear between the ring's edges. Rings go on below the horizon, where all
+are blocked.
 """
 
 from typing import NamedTuple
@@ -36,7 +37,8 @@ LIKE = _LEVELS * _TILTS
 class Rings(NamedTuple):
     """Rings in θ from the zenith to the nadir, and the facet whose light they share.
 
-    Edges, their sines and cosines, those of Gauss's nodes; index n, 1 without an interface.
+    Edges, their sines and cosines, those of Gauss's nodes; ∫ cosθ sinθ dθ and ∫ sin²θ dθ of
+    each ring; index n, 1 without an interface.
     """
 
     edges: NDArray[np.float64]
@@ -44,6 +46,8 @@ class Rings(NamedTuple):
     edge_cosines: NDArray[np.float64]
     sines: NDArray[np.float64]
     cosines: NDArray[np.float64]
+    along_normal: NDArray[np.float64]
+    across_normal: NDArray[np.float64]
     n: float
 
 
@@ -52,7 +56,9 @@ def all_rings(n: float) -> Rings:
     up = np.radians(result.RING_EDGES)
     edges = np.concatenate([up, np.pi - up[-2::-1]])
     nodes = edges[:-1, None] + np.diff(edges)[:, None] * np.array([_GAUSS, 1 - _GAUSS])
-    return Rings(edges, np.sin(edges), np.cos(edges), np.sin(nodes), np.cos(nodes), n)
+    sine, cosine = np.sin(edges), np.cos(edges)
+    parts = np.diff(sine**2) / 2, np.diff(edges - sine * cosine) / 2
+    return Rings(edges, sine, cosine, np.sin(nodes), np.cos(nodes), *parts, n)
 
 
 @compiled
@@ -86,6 +92,20 @@ def shares(mz, mt, last, rings, into):
     """Light of each ring the facet looks into, up to ``last``; their number and their sum."""
     total = 0.0
     count = 0
+    if rings.n == 1:
+        while count < len(into) and rings.edges[count + 1] <= last:
+            into[count] = mz * rings.along_normal[count] + mt * rings.across_normal[count]
+            total += into[count]
+            count += 1
+        if count < len(into) and rings.edges[count] < last:
+            low, sine, cosine = rings.edges[count], np.sin(last), np.cos(last)
+            low_sine, low_cosine = rings.edge_sines[count], rings.edge_cosines[count]
+            into[count] = mz * (sine - low_sine) * (sine + low_sine) / 2
+            into[count] += mt * (last - low - (sine * cosine - low_sine * low_cosine)) / 2
+            into[count] = max(into[count], 0.0)
+            total += into[count]
+            count += 1
+        return count, total
     while count < len(into) and rings.edges[count] < last:
         low, high = rings.edges[count], rings.edges[count + 1]
         if high <= last:
@@ -112,9 +132,12 @@ def elevation(ring, mz, mt, last, chance, rings):
     b = _density(rings.edge_sines[ring + 1], rings.edge_cosines[ring + 1], mz, mt, rings.n)
     if high > last - _NEAR:
         # Where the facet stops looking light falls as μ, with an interface as T(μ) μ ∝ μ².
-        power = 2 if rings.n == 1 else 3
-        most, least = (last - low) ** power, max(last - high, 0.0) ** power
-        return last - (most - chance * (most - least)) ** (1 / power)
+        most, least = last - low, max(last - high, 0.0)
+        if rings.n == 1:
+            most, least = most * most, least * least
+            return last - np.sqrt(most - chance * (most - least))
+        most, least = most * most * most, least * least * least
+        return last - np.cbrt(most - chance * (most - least))
     return low + (high - low) * chance * (a + b) / (a + np.sqrt(a * a + chance * (b * b - a * a)))
 
 
