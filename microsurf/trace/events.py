@@ -97,7 +97,7 @@ def take_events(
             same = not out and end < 0
         else:
             mx, my, mz, mu, same, px, py, pz = meet(
-                r, wave, triangle[r], u[r], v[r], grid, x0, y0, reach
+                r, wave, triangle[r], u[r], v[r], grid, x0, y0, reach, tried < 0
             )
             grazes += same
             if mu < -BACK and not same:

@@ -77,8 +77,11 @@ def onward(r, wave, grid, x0, y0, top, reach):
 
 
 @inlined
-def meet(r, wave, triangle, u, v, grid, x0, y0, reach):
-    """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start."""
+def meet(r, wave, triangle, u, v, grid, x0, y0, reach, goes_on):
+    """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start.
+
+    The start is only found for a ray that ``goes_on`` from here, or grazed.
+    """
     width = grid.flipped.shape[1]
     cell, side = triangle // 2, triangle % 2
     cell_y, cell_x = cell // width, cell % width
@@ -103,15 +106,17 @@ def meet(r, wave, triangle, u, v, grid, x0, y0, reach):
             or wb < far * _edge(ax - ex, ay - ey, az - ez)
             or we < far * _edge(ax - bx, ay - by, az - bz)
         )
-    # Where the next ray starts, see the module's text.
-    step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
-    inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
-    wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
-    total = wa + wb + we
-    wa, wb, we = wa / total, wb / total, we / total
-    px = (cell_x - MARGIN) % grid.columns + MARGIN + x0
-    py = (cell_y - MARGIN) % grid.rows + MARGIN + y0
-    px += wa * ax + wb * bx + we * ex + step * mx
-    py += wa * ay + wb * by + we * ey + step * my
-    pz = wa * az + wb * bz + we * ez + step * mz
+    px = py = pz = 0.0
+    if goes_on or grazed:
+        # See the module's text.
+        step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
+        inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
+        wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
+        total = wa + wb + we
+        wa, wb, we = wa / total, wb / total, we / total
+        px = (cell_x - MARGIN) % grid.columns + MARGIN + x0
+        py = (cell_y - MARGIN) % grid.rows + MARGIN + y0
+        px += wa * ax + wb * bx + we * ex + step * mx
+        py += wa * ay + wb * by + we * ey + step * my
+        pz = wa * az + wb * bz + we * ez + step * mz
     return mx, my, mz, mu, grazed, px, py, pz
