@@ -83,6 +83,11 @@ def read(path: Path) -> Scene:
     return scene
 
 
+def says(path: Path, section: str) -> set[str]:
+    """Names that a scene file, read before, sets itself in one of its tables."""
+    return set(tomllib.loads(path.read_text(encoding="utf-8-sig")).get(section, {}))
+
+
 def from_toml(text: str) -> Scene:
     """Build a scene from the text of a scene file, as results hold it."""
     try:

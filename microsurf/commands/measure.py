@@ -9,7 +9,7 @@ import click
 import numpy as np
 import xarray as xr
 
-from .. import memory, precision, result, summary
+from .. import memory, plan, precision, result, summary
 from ..cluster import Crew, connected
 from ..errors import InputError, MicrosurfError
 from ..files import check_writable
@@ -22,11 +22,13 @@ from .options import (
     check_described,
     check_from_file,
     compose,
+    dry_run,
     generated,
     light,
     material,
     roughness,
     seed,
+    with_mesh_chosen,
     workers,
 )
 from .output import check_ending, show
@@ -49,25 +51,27 @@ from .output import check_ending, show
 @click.option("--scheduler", metavar="tcp://HOST:PORT", help="Work on a dask cluster instead.")
 @click.option("--out", type=PATH, help="Write the result as FILE.nc.")
 @click.option("--resume", is_flag=True, help="Go on with a run to --out that was killed.")
+@dry_run
 @as_json
 def measure_command(
     scene_file: Path | None, seed: int, workers: int | None, scheduler: str | None,
-    out: Path | None, resume: bool, as_json: bool, **given: Any,
+    out: Path | None, resume: bool, dry_run: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Ray-trace a surface and print its albedos with their standard errors.
 
     Example: microsurf measure --gamma 2 --sigma 0.5 --n 1.5 --kd 0.8 --theta 60
 
     \b
-    Until an error is reached, on the machines of a cluster, gone on with if killed
-    (what is finished lies in m.nc.parts):
+    Until an error is reached, with what that takes said before; on the machines of
+    a cluster; gone on with if killed (what is finished lies in m.nc.parts):
+      microsurf measure scene.toml --standard-error 1e-3 --dry-run
       microsurf measure scene.toml --standard-error 1e-3 --out m.nc
       microsurf measure scene.toml --scheduler tcp://localhost:8786 --out m.nc
       microsurf measure scene.toml --standard-error 1e-3 --out m.nc --resume
     """  # noqa: D301 - click keeps the lines after \b as they are
     if given["surface_file"] is None:
         check_described(scene_file, given)
-    asked = compose(scene_file, **given)
+    asked = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
     check_from_file(asked, given)
     memory.require_lobes(asked.surface.realisations, asked.light.angles)
     parts = None
@@ -77,6 +81,12 @@ def measure_command(
         parts = out.with_name(f"{out.name}.parts")
     elif resume:
         raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
+    if dry_run or (asked.accuracy.standard_error is not None and not resume):
+        made = plan.plan(asked, seed=seed, workers=workers, progress=True)
+        click.echo("\n".join(made.lines()), err=True)
+        if dry_run:
+            show(made.as_json(), as_json)
+            return
     with _crew(scheduler, workers) as crew:
         measured = measure(
             asked,

@@ -7,13 +7,14 @@ from typing import Any
 
 import click
 
-from .. import scene_file
+from .. import plan, scene_file
 from ..errors import InputError
 from ..files import check_readable
 from ..scene import Accuracy, Scene
 
 PATH = click.Path(path_type=Path)
 _MAX_WORKERS = 1024
+_MESH = {"cells", "correlation"}
 _OF_MADE_SURFACES = ("gamma", "sigma", "sigma_y", "cells", "correlation", "structure")
 
 
@@ -78,8 +79,13 @@ accuracy = together(
         help="The same of lobes, relative to themselves. Default that of albedos.",
     ),
 )
+dry_run = click.option(
+    "--dry-run", is_flag=True, help="Only say what would run, and what it costs."
+)
 generated = together(
-    click.option("--cells", type=int, help="Cells a side. Default 512."),
+    click.option(
+        "--cells", type=int, help="Cells a side. Default 512, or what --standard-error takes."
+    ),
     click.option("--correlation", type=float, help="Correlation length in cells. Default 8."),
     click.option("--structure", help="How heights and slopes are related. Default independent."),
 )
@@ -144,6 +150,14 @@ def compose(file: Path | None, **given: Any) -> Scene:
         light=over(base.light, theta=given.get("theta"), phi=given.get("phi")),
         accuracy=_accuracy(base.accuracy, given),
     )
+
+
+def with_mesh_chosen(asked: Scene, file: Path | None, given: dict[str, Any]) -> Scene:
+    """On the mesh that the accuracy takes, unless the scene file or an option names one."""
+    named = {name for name in _MESH if given.get(name) is not None}
+    if file is not None:
+        named |= _MESH & scene_file.says(file, "surface")
+    return asked if named else plan.with_mesh(asked)
 
 
 def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:
