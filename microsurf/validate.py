@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from . import model, summary, verdict
+from . import invariants, model, summary, verdict
 from .scene import BECKMANN, Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
 from .trace import measure
@@ -19,8 +19,6 @@ WALK = "smith-walk"
 WALKS = 1_000_000
 """Walks for each angle: a standard error of 5e−4 of an albedo at most, below what four
 surfaces leave."""
-
-_BOOKS = 1e-12
 
 
 @dataclass(frozen=True)
@@ -37,8 +35,8 @@ class Validation:
         Predictions by model, in the order of MODELS, and of all orders by WALK.
     comparisons : list of Comparison
         Order 1 against the first model, the total against WALK.
-    broken : list of str
-        Invariants that do not hold; empty unless something is wrong with microsurf.
+    invariants : list of Invariant
+        What must hold whatever the surface, see `invariants.scene_invariants`.
     heightfield : Heightfield or None
         First realisation; None for a flat scene.
     statistics : dict
@@ -55,11 +53,16 @@ class Validation:
     measured: xr.Dataset
     predicted: dict[str, xr.Dataset]
     comparisons: list[verdict.Comparison]
-    broken: list[str]
+    invariants: list[invariants.Invariant]
     heightfield: Heightfield | None = None
     statistics: dict[str, Any] = field(default_factory=dict)
     fit: StdFit | None = None
     seconds: float = 0.0
+
+    @property
+    def broken(self) -> list[str]:
+        """Invariants that do not hold; empty unless something is wrong with microsurf."""
+        return invariants.broken(self.invariants)
 
 
 def validate_scene(
@@ -90,7 +93,9 @@ def validate_scene(
         measured=measured,
         predicted=predicted,
         comparisons=verdict.compare(measured, first, theory, predicted.get(WALK)),
-        broken=broken_invariants(measured),
+        invariants=invariants.scene_invariants(
+            measured, predicted, surfaces or [], theory.material
+        ),
         heightfield=surfaces[0] if surfaces else None,
         statistics=surface_statistics(
             surfaces[0], roughness.gamma, roughness.sigma_x, roughness.sigma_y
@@ -112,15 +117,6 @@ def fitted_scene(scene: Scene, fit: StdFit) -> Scene:
     return replace(scene, roughness=replace(scene.roughness, gamma=gamma, sigma=(fit.sigma,)))
 
 
-def broken_invariants(measured: xr.Dataset) -> list[str]:
-    """Check what must hold whatever the surface: every path is accounted for."""
-    accounted = measured.arrived + measured.ended.sum("cause")
-    gap = float(np.abs(accounted / measured.paths - 1).max())
-    if gap > _BOOKS:
-        return [f"energy: arrived + ended − 1 = {gap:.1e}, must be below {_BOOKS:.0e}"]
-    return []
-
-
 def as_json(entry: Validation) -> dict[str, Any]:
     """The figures of one scene for report.json."""
     material = entry.scene.material
@@ -129,6 +125,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "title": entry.scene.title,
         "comparisons": [{**vars(row), "unexpected": row.unexpected} for row in entry.comparisons],
         "broken": entry.broken,
+        "invariants": invariants.as_rows(entry.invariants),
         "measured": {
             **summary.figures(entry.measured, material.n, material.kd),
             **summary.losses(entry.measured),

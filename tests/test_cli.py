@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,14 @@ import pytest
 from scipy.io import netcdf_file
 
 from microsurf import cli, result
+from microsurf.invariants import Invariant
 from microsurf.model import KINDS, NAMES
 from microsurf.surface import ENDINGS
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "16")
 TINY = (*SURFACE, "--paths", "2000", "--realisations", "2")
 COMMANDS = ("surface", "measure", "predict", "validate", "convergence", "plot")
+VALIDATE = import_module("microsurf.commands.validate")
 BY_ANGLE_AND_KD = ("albedo", "albedo_se")
 BY_ORDER = ("albedo_by_order", "specular_by_order", "body_by_order")
 SCENE = """
@@ -553,6 +556,7 @@ def test_a_failed_write_keeps_what_was_there(run, tmp_path, monkeypatch):
 def test_an_unexpected_verdict_is_1(run, monkeypatch):
     """A flat surface is a flat surface, so a margin of 50 % holds."""
     monkeypatch.setattr("microsurf.report.write", lambda *_: None)
+    monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [])
     for verdict, code in (("departs", 1), ("holds", 0)):
         expected = f'[expect.total]\nverdict = "{verdict}"\nmargin = 0.5\n'
         text = SCENE + "[roughness]\nsigma = 0\n" + expected
@@ -566,6 +570,19 @@ def test_an_unexpected_verdict_is_1(run, monkeypatch):
         assert sum(found["verdicts"].values()) == 3
         assert found["out"] == "r"
         assert found["seconds"] > 0
+        assert found["broken"] == []
+
+
+def test_a_broken_invariant_is_1(run, monkeypatch):
+    broken = Invariant("reciprocity", "f(i, o) = f(o, i)", 6.0, 5.0, "|z|")
+    monkeypatch.setattr("microsurf.report.write", lambda *_: None)
+    monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [broken])
+    Path("scene.toml").write_text(SCENE + "[roughness]\nsigma = 0\n")
+    ran = run("validate", "scene.toml", "--out", "r", "--json")
+    found = json.loads(ran.out)
+    assert ran.code == 1
+    assert found["unexpected"] == 1
+    assert found["broken"] == ["reciprocity: 6, must be ≤ 5 (f(i, o) = f(o, i))"]
 
 
 # As processes of their own

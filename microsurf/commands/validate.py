@@ -9,6 +9,8 @@ import click
 
 from .. import expectation, memory, report
 from ..errors import InputError
+from ..invariants import broken as broken_of
+from ..invariants import global_invariants
 from ..validate import validate_scene
 from .options import PATH, as_json, compose, seed, workers
 from .output import show, write
@@ -51,16 +53,18 @@ def validate_command(
         validate_scene(name, asked, seed=seed, workers=workers, progress=True)
         for name, asked in scenes.items()
     ]
+    lasting = global_invariants(seed, workers, progress=True)
     report.write(results, out, seed)
     rows = [row for entry in results for row in entry.comparisons]
     unexpected = [row for row in rows if row.unexpected]
-    broken = [text for entry in results for text in entry.broken]
+    broken = broken_of(lasting) + [text for entry in results for text in entry.broken]
     values = {
         "scenes": list(scenes),
         "verdicts": {
             word: sum(row.verdict == word for row in rows) for word in expectation.VERDICTS
         },
         "unexpected": len(unexpected) + len(broken),
+        "broken": broken,
         "seconds": time.perf_counter() - begin,
         "out": str(out),
     }

@@ -156,16 +156,19 @@ def trace(
     *,
     part: int = 0,
     parts: int = 1,
+    azimuth: float | None = None,
 ) -> Tally:
     """Follow paths of light from (θ, φ), in degrees, until each has ended.
 
     There are ``paths`` of them, or a few more to make whole light rays. They fall on
-    all of the tile, or on one of several parts of the same area.
+    all of the tile, or on one of several parts of the same area. Sectors are counted
+    from ``azimuth``, by default that of the light.
     """
     begin = time.perf_counter()
     inside = 0.0
     grid = tile.grid
     frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
+    azimuth = phi if azimuth is None else azimuth
     light = -(-paths // facet.branches)
     points = starts(light, grid, rng, part, parts)
     dx, dy, dz = -direction(theta, phi)
@@ -193,7 +196,7 @@ def trace(
         traced += active
         active, unmet, grazed, leaked = take_events(
             active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, facet.branches, bound, phi, ring_cosines, result.BODY_EDGES,
+            facet, facet.branches, bound, azimuth, ring_cosines, result.BODY_EDGES,
             rings, found, light_of_rings, fan, detector, rng,
         )  # fmt: skip
         wave, then = then, wave

@@ -1,6 +1,5 @@
 from importlib import import_module
 
-import furnace
 import numpy as np
 import pytest
 from brute import direction
@@ -13,6 +12,7 @@ from microsurf.model import facet_kernels
 from microsurf.model import walk_kernels as kernels
 from microsurf.model.walk import KINDS, MOST_EVENTS, walk
 from microsurf.model.walk_evaluate import evaluate_walk
+from microsurf.model.walk_furnace import furnace
 from microsurf.model.walk_law import facet_of, law_of, stream
 from microsurf.physics import facet, fresnel, visible
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
@@ -240,7 +240,7 @@ def white(gamma, sigma, n, theta, walks, seed, cap=MOST_EVENTS):
     values = np.zeros(walks)
     asked = scene((gamma, (sigma,)), n, 1.0)
     law = law_of(gamma, sigma, sigma)
-    furnace.furnace(values, direction(theta, 0), law, facet_of(asked, 1.0), random_state(seed), cap)
+    furnace(values, direction(theta, 0), law, facet_of(asked, 1.0), random_state(seed), cap)
     return (values.mean() - 1) / (values.std() / np.sqrt(walks))
 
 
@@ -275,7 +275,7 @@ def test_a_capped_walk_or_a_wrong_law_fails_the_white_furnace():
     values, right = np.zeros(100_000), facet_of(scene(), 1.0)
     wrong = right._replace(escape=0.95 * right.escape)  # r_e of another index
     law = law_of(2.0, 0.1, 0.1)
-    furnace.furnace(values, direction(60, 0), law, wrong, random_state(), MOST_EVENTS)
+    furnace(values, direction(60, 0), law, wrong, random_state(), MOST_EVENTS)
     assert values.mean() - 1 > 10 * values.std() / np.sqrt(len(values))
 
 

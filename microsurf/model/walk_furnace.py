@@ -1,3 +1,5 @@
+# mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
+# ruff: noqa: ANN001, ANN201 - numba finds the types
 """White furnace of the Smith walk: what its facets send out, *evaluated* in all directions.
 
 At each event two directions are drawn, one uniformly over the hemisphere and one
@@ -7,22 +9,21 @@ directions alone its variance is infinite for γ ≤ 1.75, where D² is not inte
 """
 
 import numpy as np
-from numba import njit
 
-from microsurf.model.facet_kernels import diffused, scatter, transmittance, uniform
-from microsurf.model.walk_kernels import above, mirrored, smith_step, visible_normal
+from .facet_kernels import compiled, diffused, scatter, transmittance, uniform
+from .walk_kernels import above, mirrored, smith_step, visible_normal
 
 
-@njit
+@compiled
 def escape(h, ox, oy, oz, law):
-    """G1(o, h)."""
+    """G1(o, h): the chance to get away towards o from height h."""
     if oz <= 0:
         return 0.0
     across = np.sqrt((law.scale_x * ox) ** 2 + (law.scale_y * oy) ** 2)
     return np.exp(h * above(oz, across, law) / oz)
 
 
-@njit
+@compiled
 def furnace(values, i, law, facet, state, cap):
     """Estimate ∫ f cosθ_o dω_o by each walk; ``cap`` events at most. Returns all events."""
     total = 0

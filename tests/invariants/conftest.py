@@ -1,0 +1,15 @@
+"""What the tests of the invariants share."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from microsurf.trace import pieces
+
+
+@pytest.fixture(scope="session")
+def pool():
+    """Threads for independent runs."""
+    pieces.compiled()
+    with ThreadPoolExecutor(2) as threads:
+        yield threads
