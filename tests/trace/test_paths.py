@@ -148,6 +148,16 @@ def test_azimuth_of_light_and_detector():
         assert (ring, sector) == (result.ring_of(abs(signed)), expected), phi
 
 
+def test_sectors_are_counted_from_where_is_asked():
+    """Three sectors further on, the same rays."""
+    surface, light = tile(bumps()), (60.0, 30.0, MIRROR, 2000)
+    from_light, from_x = (
+        paths.trace(surface, *light, np.random.default_rng(1), azimuth=azimuth)
+        for azimuth in (None, 0.0)
+    )
+    np.testing.assert_array_equal(np.roll(from_light.energy, 3, axis=-1), from_x.energy)
+
+
 def test_same_light_from_a_shifted_or_repeated_period():
     """A period has no beginning: 4 standard errors of the difference, at 80° where rays wrap."""
     heights = bumps(24, 16)
