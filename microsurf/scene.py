@@ -8,7 +8,8 @@ from . import checks, memory
 from .errors import InputError
 from .expectation import Expectation
 
-STRUCTURES = ("independent",)
+STRUCTURES = ("independent", "tops", "middle", "extremes")
+"""Where the steep facets of a generated surface lie in height."""
 BOUNDARIES = ("periodic", "mirror")
 LEVELS = ("none", "plane", "quadratic")
 MAX_CELLS = 16384

@@ -20,7 +20,8 @@ from scipy.io import netcdf_file
 from microsurf import cli, result
 from microsurf.invariants import Invariant
 from microsurf.model import KINDS, NAMES
-from microsurf.surface import ENDINGS
+from microsurf.scene import STRUCTURES
+from microsurf.surface import ENDINGS, read_surface
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "16")
 TINY = (*SURFACE, "--paths", "2000", "--realisations", "2")
@@ -106,13 +107,33 @@ def test_surface_says_what_it_made(run):
     made = run("surface", *SURFACE, "--seed", "7", "--out", "s.npz", "--json").json
     wanted = {
         "gamma": 2.0, "sigma_x": 0.5, "sigma_y": 0.5, "cells": 16, "correlation": 8.0,
-        "seed": 7, "file": "s.npz",
+        "structure": "independent", "seed": 7, "file": "s.npz",
     }  # fmt: skip
     assert {key: made[key] for key in wanted} == wanted
     assert isinstance(made["iterations"], int)
     assert set(made["tail"]) >= {"max_slope", "area_beyond"}
     assert {float(q) for q in made["quantiles"]} == {0.5, 0.9, 0.99, 0.999}
+    assert set(made["height_slope"]) == {"height", "distance"}
     assert all(isinstance(made[k], float) for k in ("ks", "Sq", "Sa", "Sdq", "Sdr", "seconds"))
+
+
+def test_structure_is_made_measured_and_kept(run):
+    rough = (*SURFACE, "--cells", "64", "--correlation", "4", "--seed", "3")
+    made = {
+        name: run("surface", *rough, "--structure", name, "--out", f"{name}.npz", "--json").json
+        for name in STRUCTURES
+    }
+    assert [made[name]["structure"] for name in STRUCTURES] == list(STRUCTURES)
+    assert made["tops"]["height_slope"]["height"] > 0.3
+    assert made["extremes"]["height_slope"]["distance"] > 0.3
+    assert read_surface(Path("middle.npz")).recipe["structure"] == "middle"
+    # Independent and steep at the tops: other light, of the same seed and rays.
+    traced = [
+        run("measure", *rough, "--realisations", "1", "--paths", "2000", "--theta", "60",
+            "--structure", name, "--json").json["albedo"]
+        for name in ("independent", "tops")
+    ]  # fmt: skip
+    assert traced[0] != traced[1]
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

@@ -11,7 +11,7 @@ from ..files import check_writable
 from .options import PATH, as_json, compose, generated, seed
 from .output import check_ending, show
 
-_ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "seed", "iterations")
+_ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "iterations")
 
 
 @click.command("surface")
@@ -39,6 +39,7 @@ def make_surface(as_json: bool, seed: int, out: Path, **given: Any) -> None:
         wanted.roughness.sigma_y,
         cells=wanted.surface.cells,
         correlation=wanted.surface.correlation,
+        structure=wanted.surface.structure,
         spacing=wanted.surface.spacing or 1.0,
         seed=seed,
     )

@@ -54,6 +54,7 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
         scene.roughness.sigma_y,
         cells=asked.cells,
         correlation=asked.correlation,
+        structure=asked.structure,
         spacing=asked.spacing or 1.0,
         seed=realisation_seed(seed, realisation),
     )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 from scipy.integrate import quad
+from scipy.stats import rankdata
 
 from ..errors import InputError
 from ..physics import std
@@ -41,6 +42,9 @@ def surface_statistics(
         microsurface area at ρ above the largest realised one, which the mesh can't
         hold; area_realised, the mesh's area over STD's.
         harmonics: means of cosφ, sinφ, cos2φ, sin2φ; 0 if isotropic.
+        height_slope: Spearman's rank correlation over facets of ρ with height, positive
+        if the steep ones are high, and (distance) with |height − its median|, positive
+        if they are far from mean height; both near 0 if slope knows nothing of height.
         correlation, correlation_x, correlation_y: lengths in cells at which the
         heights' autocorrelation falls to 1/e, and their geometric mean; None if
         it does not.
@@ -74,6 +78,7 @@ def surface_statistics(
     return {
         **against,
         "tail": tail,
+        "height_slope": _height_slope(h, p / (sigma_x or 1.0), q / (sigma_y or 1.0)),
         "correlation": None if along_x is None or along_y is None else (along_x * along_y) ** 0.5,
         "correlation_x": along_x,
         "correlation_y": along_y,
@@ -166,6 +171,31 @@ def _mean_area(gamma: float, sigma: float) -> float:
         return float(a * np.exp(log_area + (a - 1) * np.log(v)))
 
     return float(quad(integrand, 0.0, 1.0, epsabs=0.0, epsrel=1e-10, limit=200)[0])
+
+
+def _height_slope(h: Heightfield, u: Array, v: Array) -> dict[str, float | None]:
+    """Rank correlations of facets' ρ = |(u, v)| with their height, see `surface_statistics`."""
+    heights = h.heights
+    if h.boundary == "periodic":
+        heights = np.pad(heights, ((0, 1), (0, 1)), mode="wrap")
+    # A million cells tell a correlation to 1e−3, and ranking all of them may take minutes.
+    step = -(-max(u.shape[1:]) // 1024)
+    low, high = heights[:-1, :-1], heights[1:, 1:]
+    thirds = np.stack([low + high + heights[:-1, 1:], low + high + heights[1:, :-1]])
+    level = thirds[:, ::step, ::step].ravel()
+    rank = rankdata(np.hypot(u[:, ::step, ::step], v[:, ::step, ::step]), axis=None)
+    distance = np.abs(level - np.median(level))
+    return {
+        "height": _correlation(rank, rankdata(level)),
+        "distance": _correlation(rank, rankdata(distance)),
+    }
+
+
+def _correlation(a: Array, b: Array) -> float | None:
+    """Pearson's coefficient; None if either does not vary."""
+    if np.ptp(a) == 0 or np.ptp(b) == 0:
+        return None
+    return float(np.corrcoef(a, b)[0, 1])
 
 
 def _correlation_lengths(h: Heightfield) -> tuple[float | None, float | None]:

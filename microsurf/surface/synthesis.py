@@ -1,14 +1,15 @@
 """Surfaces whose facets have prescribed slopes, by alternating projection.
 
-From a periodic Gaussian field, repeat: (1) take the slopes of the facets;
-(2) rank them by ρ = |(p/σ_x, q/σ_y)| and rescale each, direction kept, to the
-STD quantile (k+½)/N of its rank k; (3) project back onto integrable fields: the
-heights whose finite differences are nearest in the least-squares sense. Each
+From a periodic Gaussian field, or a function of one (`structures`), repeat: (1) take
+the slopes of the facets; (2) rank them by ρ = |(p/σ_x, q/σ_y)| and rescale each,
+direction kept, to the STD quantile (k+½)/N of its rank k; (3) project back onto
+integrable fields: the heights whose finite differences are nearest in the least-squares sense. Each
 edge of the grid is a side of exactly two facets, so all edges weigh the same,
 and the normal equations are diagonal in the discrete Fourier transform.
 
-Heights and slopes stay nearly independent, which is what Smith masking assumes:
-structure ``"independent"``.
+From the field itself heights and slopes stay nearly independent, which is what Smith
+masking assumes: structure ``"independent"``. From a function of it steepness keeps its
+place in height, as far as the mesh holds both: `surface_statistics` measures that.
 
 The method is this project's own; what is random is the initial field only.
 """
@@ -19,14 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.optimize import brentq
 
 from .. import __version__
 from ..errors import InputError
 from ..physics import std
-from ..scene import MAX_CELLS
+from ..scene import MAX_CELLS, STRUCTURES
+from .gaussian_field import gaussian_field
 from .heightfield import Heightfield, check_spacing
 from .statistics import ks_distance
+from .structures import impose
 
 Array = NDArray[np.float64]
 
@@ -36,8 +38,6 @@ ITERATIONS = 10
 MAX_SIGMA = 1000.0
 """Largest roughness, as in a scene."""
 
-_ALIASES = 2  # spectra folded at ±1, ±2 sampling frequencies: exact to e^−15 for L ≥ ½
-
 
 def generate_surface(
     gamma: float,
@@ -46,6 +46,7 @@ def generate_surface(
     *,
     cells: int | tuple[int, int] = 512,
     correlation: float = 8.0,
+    structure: str = "independent",
     spacing: float = 1.0,
     seed: int = 0,
     iterations: int = ITERATIONS,
@@ -70,6 +71,11 @@ def generate_surface(
         anisotropy its lengths L_x : L_y ≈ 1/σ_x : 1/σ_y have the geometric mean L.
         Short lengths show the mesh's diagonals: at L = 3 and γ ≤ 2 the mean of sin 2φ
         is 0.005 (at 8 below 0.002), and L < 1.3 can't be isotropic at all.
+    structure : str
+        Where steep facets lie: ``"independent"`` of height, at the ``"tops"``, at
+        ``"middle"`` height or at both ``"extremes"``. The same slopes whichever, and
+        at γ = ∞ the same surface. A structure needs cells for its tail: "middle" at
+        γ = 1.75 loses its own at any L below 32, at γ = 2 half of it at L = 8.
     spacing : float
         Distance of neighbouring heights in the unit wanted, > 0.
     seed : int
@@ -90,13 +96,15 @@ def generate_surface(
     _require(0 < correlation < np.inf, "correlation", correlation, "a finite number of cells > 0")
     _require(_whole(seed) and seed >= 0, "seed", seed, "a whole number ≥ 0")
     _require(_whole(iterations) and iterations >= 0, "iterations", iterations, "a whole number ≥ 0")
+    _require(structure in STRUCTURES, "structure", repr(structure), ", ".join(STRUCTURES))
     spacing = check_spacing(spacing)
     heights, best = np.zeros(shape), 0
     if sigma > 0:
         # σ's size is a factor of the heights; only the ratio takes part.
         size = float(np.sqrt(sigma) * np.sqrt(sigma_y))
         ratio_x, ratio_y = sigma / size, sigma_y / size
-        field = _gaussian_field(shape, correlation, ratio_x, ratio_y, np.random.default_rng(seed))
+        field = gaussian_field(shape, correlation, ratio_x, ratio_y, np.random.default_rng(seed))
+        field = impose(field, gamma, structure)
         heights, best = _alternate(field, gamma, ratio_x, ratio_y, iterations)
         heights *= size * spacing
     recipe: dict[str, Any] = {
@@ -105,7 +113,7 @@ def generate_surface(
         "sigma_y": float(sigma_y),
         "cells": list(shape),
         "correlation": float(correlation),
-        "structure": "independent",
+        "structure": structure,
         "spacing": spacing,
         "seed": seed,
         "iterations": best,
@@ -131,6 +139,7 @@ def from_recipe(recipe: Mapping[str, Any]) -> Heightfield:
             float(recipe["sigma_y"]),
             cells=(int(rows), int(columns)),
             correlation=float(recipe["correlation"]),
+            structure=recipe["structure"],
             spacing=float(recipe["spacing"]),
             seed=int(recipe["seed"]),
             iterations=int(recipe["iterations"]),
@@ -168,70 +177,6 @@ def _whole(value: Any) -> bool:
 def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
     if not condition:
         raise InputError(f"{name} = {value}: must be {allowed}")
-
-
-def _inverse_lengths(
-    correlation: float, ratio_x: float, ratio_y: float
-) -> tuple[float, float, float]:
-    """Return A_xx, A_yy, A_xy of the autocorrelation exp(−dᵀ A d) of the initial field.
-
-    With a = exp(−A_xx) and b = exp(−A_yy) a facet's slopes have the variances
-    2(1−a), 2(1−b) and the covariance 1 + ab·exp(−2A_xy) − a − b. For (p/σ_x, q/σ_y)
-    to be isotropic 1−a : 1−b = σ_x² : σ_y² and the covariance is zero, which needs
-    a slight tilt A_xy: both triangles share the diagonal's direction.
-    """
-    if ratio_x == ratio_y:
-        xx = yy = correlation**-2
-    else:
-
-        def geometric_mean(log_t: float) -> float:
-            t = np.exp(log_t)
-            logs = -np.log1p(-t * ratio_x**2), -np.log1p(-t * ratio_y**2)
-            return float(np.log(logs[0]) + np.log(logs[1]) + 4 * np.log(correlation))
-
-        # At the top one axis is white noise: no shorter mean length has this ratio.
-        top = float(-2 * np.log(max(ratio_x, ratio_y))) - 1e-9
-        low = min(top, -4 * float(np.log(correlation))) - 50
-        t = np.exp(top if geometric_mean(top) <= 0 else brentq(geometric_mean, low, top))
-        xx, yy = float(-np.log1p(-t * ratio_x**2)), float(-np.log1p(-t * ratio_y**2))
-    # (a+b−1)/(ab) = 1 − (1−a)(1−b)/(ab), without its cancellation at long correlation.
-    lost = np.expm1(xx) * np.expm1(yy)
-    limit = 0.9 * np.sqrt(xx * yy)  # A must stay positive definite
-    xy = min(-0.5 * np.log1p(-lost), limit) if lost < 1 else limit
-    return xx, yy, float(xy)
-
-
-def _gaussian_field(
-    shape: tuple[int, int],
-    correlation: float,
-    ratio_x: float,
-    ratio_y: float,
-    rng: np.random.Generator,
-) -> Array:
-    """Periodic Gaussian field with the autocorrelation of `_inverse_lengths`, any variance."""
-    rows, columns = shape
-    xx, yy, xy = _inverse_lengths(correlation, ratio_x, ratio_y)
-    determinant = xx * yy - xy**2
-    kx = 2 * np.pi * fft.rfftfreq(columns)
-    ky = 2 * np.pi * fft.fftfreq(rows)[:, None]
-
-    def log_power(kx: Array, ky: Array) -> Array:
-        return np.asarray(-(yy * kx**2 - 2 * xy * kx * ky + xx * ky**2) / (4 * determinant))
-
-    power = log_power(kx, ky)
-    power[0, 0] = -np.inf  # no mean
-    # Lengths beyond the period would underflow everywhere: only ratios matter.
-    top = power.max()
-    power -= top
-    np.exp(power, out=power)
-    if min(xx, yy) / determinant * np.pi**2 / 4 < 40:
-        reach = range(-_ALIASES, _ALIASES + 1)
-        for i, j in ((i, j) for i in reach for j in reach if (i, j) != (0, 0)):
-            power += np.exp(log_power(kx + 2 * np.pi * i, ky + 2 * np.pi * j) - top)
-        power[0, 0] = 0.0
-    noise = fft.rfft2(rng.standard_normal(shape), workers=-1)
-    noise *= np.sqrt(power)
-    return np.asarray(fft.irfft2(noise, shape, workers=-1))
 
 
 def _alternate(

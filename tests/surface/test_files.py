@@ -23,7 +23,7 @@ MESHES = (".ply", ".obj", ".stl")
 
 @pytest.fixture(scope="module")
 def generated():
-    return generate_surface(2.0, 0.5, cells=(24, 37), spacing=0.3e-6, seed=19)
+    return generate_surface(2.0, 0.5, cells=(24, 37), structure="tops", spacing=0.3e-6, seed=19)
 
 
 @pytest.mark.parametrize("boundary", ["periodic", "mirror"])

@@ -7,7 +7,8 @@ from scipy.optimize import minimize
 
 from microsurf.errors import InputError
 from microsurf.physics import std
-from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface, level, synthesis
+from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface, level
+from microsurf.surface.gaussian_field import gaussian_field
 
 DATA = os.environ.get("MICROSURF_DATA")
 
@@ -61,8 +62,7 @@ def test_intervals_hold_what_they_promise():
     """
     rng = np.random.default_rng(18)
     fits = [
-        fit_std(Heightfield(synthesis._gaussian_field((128, 160), 4.0, 1.0, 1.0, rng)))
-        for _ in range(100)
+        fit_std(Heightfield(gaussian_field((128, 160), 4.0, 1.0, 1.0, rng))) for _ in range(100)
     ]
     sigma = np.sqrt(np.mean([f.sigma**2 for f in fits]))
     assert sum(f.sigma_ci[0] < sigma < f.sigma_ci[1] for f in fits) >= 85

@@ -11,7 +11,13 @@ import scipy.fft
 from scipy import stats
 
 from microsurf.errors import InputError
-from microsurf.surface import facet_slopes, from_recipe, generate_surface, synthesis
+from microsurf.surface import (
+    facet_slopes,
+    from_recipe,
+    gaussian_field,
+    generate_surface,
+    synthesis,
+)
 
 LEVELS = (0.5, 0.9, 0.99, 0.999)
 
@@ -108,44 +114,11 @@ def test_azimuths_are_isotropic(gamma, sigma_y, cells, seeds):
 
 def test_azimuths_show_the_diagonals_without_the_tilt(monkeypatch):
     """Negative control: the tilt left out, at L = 3, is seen 25 standard errors off."""
-    tilted = synthesis._inverse_lengths
+    tilted = gaussian_field.inverse_lengths
 
-    monkeypatch.setattr(synthesis, "_inverse_lengths", lambda *a: (*tilted(*a)[:2], 0.0))
+    monkeypatch.setattr(gaussian_field, "inverse_lengths", lambda *a: (*tilted(*a)[:2], 0.0))
     t = harmonics(8.0, 0.5, 0.5, 40, cells=(128, 192), correlation=3.0)
     assert t[3] < -10
-
-
-@pytest.mark.parametrize("ratio", [1.0, 3.0])
-@pytest.mark.parametrize("correlation", [1.5, 8.0])
-def test_initial_field_has_isotropic_facets(ratio, correlation):
-    """The autocorrelation's three conditions, written out, not expanded: var p, var q, cov."""
-    rx, ry = np.sqrt(ratio), 1 / np.sqrt(ratio)
-    xx, yy, xy = synthesis._inverse_lengths(correlation, rx, ry)
-    a, b, c = np.exp(-xx), np.exp(-yy), np.exp(-xx - yy - 2 * xy)
-    # Rounding of brentq and of terms of order 1; at 1.5 and 3 a + b < 1 has no solution.
-    assert (1 - a) / rx**2 == pytest.approx((1 - b) / ry**2, rel=1e-9)
-    if a + b > 1 and xy < 0.89 * np.sqrt(xx * yy):
-        assert 1 + c - a - b == pytest.approx(0, abs=1e-12)
-    assert (xx * yy) ** -0.25 == pytest.approx(correlation, rel=1e-9)
-
-
-def test_autocorrelation_of_the_initial_field():
-    """Mean over 200 fields at lags along x, y and a diagonal; 5 SE, 9 lags: 1e-5 false alarms."""
-    rng = np.random.default_rng(8)
-    lags = [(0, 1), (0, 3), (0, 5), (1, 0), (3, 0), (5, 0), (2, 2), (2, -2), (4, 3)]
-    xx, yy, xy = synthesis._inverse_lengths(3.0, 1.0, 1.0)
-    found = []
-    for _ in range(200):
-        f = synthesis._gaussian_field((48, 64), 3.0, 1.0, 1.0, rng)
-        found.append([np.mean(f * np.roll(f, lag, (0, 1))) for lag in [(0, 0), *lags]])
-    found = np.array(found)
-    variance = found[:, 0].mean()
-    expected = [np.exp(-xx * x**2 - yy * y**2 - 2 * xy * x * y) for y, x in lags]
-    # The mean is taken out of the field: covariance lower by the power at zero frequency.
-    lost = np.pi * 9 / (48 * 64)
-    expected = (np.array(expected) - lost) / (1 - lost)
-    off = found[:, 1:] / variance - expected
-    assert np.all(np.abs(off.mean(axis=0)) < 5 * off.std(axis=0, ddof=1) / np.sqrt(200))
 
 
 def _with_workers(transform, count, *arguments, **options):
@@ -163,7 +136,8 @@ def test_same_seed_same_bits_whatever_the_threads(monkeypatch):
             irfft2=partial(_with_workers, scipy.fft.irfft2, workers),
         )
         with monkeypatch.context() as patch:
-            patch.setattr(synthesis, "fft", fft)
+            for module in (gaussian_field, synthesis):
+                patch.setattr(module, "fft", fft)
             assert np.array_equal(generate_surface(2.0, 0.5, 0.3, **made).heights, first)
     assert not np.array_equal(
         generate_surface(2.0, 0.5, 0.3, **{**made, "seed": 10}).heights, first
@@ -242,6 +216,8 @@ def test_border_of_what_is_feasible(capsys):
         ((2.0, 0.5), {"cells": (4, 4, 4)}, "cells"),
         ((2.0, 0.5), {"correlation": 0.0}, "correlation"),
         ((2.0, 0.5), {"correlation": np.inf}, "correlation"),
+        ((2.0, 0.5), {"structure": "fractal"}, "'fractal': must be independent, tops"),
+        ((2.0, 0.5), {"structure": 1}, "structure = 1"),
         ((2.0, 0.5), {"spacing": 0.0}, "spacing"),
         ((2.0, 0.5), {"seed": -1}, "seed"),
         ((2.0, 0.5), {"seed": 1.5}, "seed"),
