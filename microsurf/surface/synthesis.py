@@ -74,8 +74,9 @@ def generate_surface(
     structure : str
         Where steep facets lie: ``"independent"`` of height, at the ``"tops"``, at
         ``"middle"`` height or at both ``"extremes"``. The same slopes whichever, and
-        at γ = ∞ the same surface. A structure needs cells for its tail: "middle" at
-        γ = 1.75 loses its own at any L below 32, at γ = 2 half of it at L = 8.
+        at γ = ∞ the same surface. A mesh has to have room for a heavy tail there, a
+        slope of 100 rises 100 cells: "middle" keeps a half of its rank correlation
+        with height at γ = 2, L = 8, and of γ = 1.75 nothing (two fifths at L = 32).
     spacing : float
         Distance of neighbouring heights in the unit wanted, > 0.
     seed : int
