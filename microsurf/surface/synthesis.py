@@ -76,7 +76,8 @@ def generate_surface(
         ``"middle"`` height or at both ``"extremes"``. The same slopes whichever, and
         at γ = ∞ the same surface. A mesh has to have room for a heavy tail there, a
         slope of 100 rises 100 cells: "middle" keeps a half of its rank correlation
-        with height at γ = 2, L = 8, and of γ = 1.75 nothing (two fifths at L = 32).
+        with height at γ = 2, L = 8, and of γ = 1.75 nothing (two fifths at L = 32). Its
+        cliffs, one facet wide, show the diagonals: the mean of sin 2φ is 0.03 and 0.07.
     spacing : float
         Distance of neighbouring heights in the unit wanted, > 0.
     seed : int
