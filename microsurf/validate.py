@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from . import invariants, model, summary, verdict
+from . import invariants, left_out, model, summary, verdict
 from .scene import BECKMANN, Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
 from .trace import measure
@@ -43,6 +43,8 @@ class Validation:
         Of its facet slopes, see `surface.surface_statistics`.
     fit : StdFit or None
         STD fitted to a surface that was not generated.
+    left_out : list of dict
+        What the effects that the scene leaves out cost, see `left_out.cost`.
     seconds : float
         All of it.
 
@@ -57,6 +59,7 @@ class Validation:
     heightfield: Heightfield | None = None
     statistics: dict[str, Any] = field(default_factory=dict)
     fit: StdFit | None = None
+    left_out: list[dict[str, Any]] = field(default_factory=list)
     seconds: float = 0.0
 
     @property
@@ -103,6 +106,9 @@ def validate_scene(
         if surfaces
         else {},
         fit=fit,
+        left_out=left_out.cost(
+            scene, measured, surfaces, seed=seed, workers=workers, progress=progress
+        ),
         seconds=time.perf_counter() - begin,
     )
 
@@ -140,6 +146,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         },
         "surface": entry.statistics,
         "fit": None if entry.fit is None else _finite(vars(entry.fit)),
+        "left_out": entry.left_out,
         "seconds": entry.seconds,
     }
 

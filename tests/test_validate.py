@@ -51,6 +51,8 @@ def test_without_multiple_scattering_the_total_is_one_bounce():
     entry = validate.validate_scene("alone", alone, seed=3)
     assert tuple(entry.predicted) == validate.MODELS
     assert {c.model for c in entry.comparisons} == {"smith"}
+    assert [row["theta_i"] for row in entry.left_out] == [30.0, 60.0]
+    assert all(row["with_all"] > row["without"] for row in validate.as_json(entry)["left_out"])
 
 
 def test_the_measurement_is_that_of_the_scene_and_seed(entry):
@@ -62,6 +64,7 @@ def test_the_measurement_is_that_of_the_scene_and_seed(entry):
     assert entry.heightfield.heights.shape == (32, 32)
     assert entry.fit is None
     assert entry.broken == []
+    assert entry.left_out == []
 
 
 def test_a_broken_invariant_is_told(entry):
