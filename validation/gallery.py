@@ -19,7 +19,8 @@ from tqdm import tqdm
 
 from microsurf import generate_surface, measure, model, predict, result
 from microsurf.physics import metals
-from microsurf.report.plots import BLACK, BLUE, GREY, ORANGE, VERMILION, cut
+from microsurf.report.bands import cut
+from microsurf.report.plots import BLACK, BLUE, GREY, ORANGE, VERMILION
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 
 OUT = Path(__file__).parent.parent / "reports" / "gallery"

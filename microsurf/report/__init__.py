@@ -6,14 +6,23 @@ from pathlib import Path
 import xarray as xr
 
 from ..files import whole_file
-from . import plots
+from . import lobes
 from .page import make_folder, write
+from .picture import DPI, svg
 
-__all__ = ["make_folder", "plot_results", "plots", "write"]
+__all__ = ["make_folder", "plot_results", "write"]
 
 
 def plot_results(results: Mapping[str, xr.Dataset], out: Path, kd: float | None = None) -> None:
-    """Draw the lobes of results into one picture; the ending of ``out`` chooses the format."""
-    figure = plots.results(results, kd)
+    """Draw the lobes of results into one picture; the ending of ``out`` chooses the format.
+
+    The same results give the same bytes.
+    """
+    figure = lobes.of_results(results, kd)
+    ending = out.suffix.lower()
     with whole_file(out) as temporary:
-        figure.savefig(temporary, dpi=200)
+        if ending == ".svg":
+            temporary.write_text(svg(figure), encoding="utf-8", newline="\n")
+        else:
+            undated = {"CreationDate": None} if ending == ".pdf" else {"Software": None}
+            figure.savefig(temporary, dpi=DPI, metadata=undated)

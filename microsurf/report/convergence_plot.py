@@ -8,13 +8,8 @@ from matplotlib.figure import Figure
 
 from ..convergence import Convergence, Row
 from ..spread import CONFIDENCE
-from .plots import BLACK, BLUE, GREY, VERMILION
+from .plots import GREY, QUANTITY_STYLE, SMALL, clean, new_figure
 
-_STYLE = {
-    "specular": (VERMILION, "s", "order-1 specular"),
-    "body": (BLUE, "o", "order-1 body"),
-    "total": (BLACK, "D", "total"),
-}
 _SHOWN = 60.0
 _TITLES = (
     "what a finer mesh still changes",
@@ -26,7 +21,7 @@ _TITLES = (
 
 def draw(found: Convergence, name: str) -> Figure:
     """One incidence, the one nearest to 60°, and the first Kd; all others are in the table."""
-    figure = Figure(figsize=(8.6, 6.2), layout="constrained")
+    figure = new_figure(6.6)
     panels = figure.subplots(2, 2).ravel()
     first = min(found.rays, key=lambda row: abs(row["theta_i"] - _SHOWN))
     shown = {key: first[key] for key in ("theta_i", "phi_i", "kd")}
@@ -35,16 +30,21 @@ def draw(found: Convergence, name: str) -> Figure:
     _deviations(panels[2], found, "realisations", shown, "surfaces in the mean")
     _deviations(panels[3], found, "rays", shown, "paths on one surface")
     for panel, title in zip(panels, _TITLES, strict=True):
-        panel.set_title(title, fontsize=10)
+        panel.set_title(title, fontsize=9.5)
     handles: dict[str, Any] = {}
     for panel in panels:
         handles |= {
             label.split(":")[0]: handle
             for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
-            if label.split(":")[0] in {style[2] for style in _STYLE.values()}
+            if label.split(":")[0] in {style[2] for style in QUANTITY_STYLE.values()}
         }
     figure.legend(
-        list(handles.values()), list(handles), loc="outside lower center", ncols=3, frameon=False
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=3,
+        fontsize=SMALL,
+        frameon=False,
     )
     incidence = rf"$\theta_i$ = {shown['theta_i']:g}°, Kd = {shown['kd']:g}"
     figure.suptitle(f"{name}: albedos at {incidence}, bars {CONFIDENCE:.0%}", fontsize=10)
@@ -61,7 +61,7 @@ def _differences(panel: Axes, rows: list[Row], shown: Row, key: str, label: str)
         _nothing(panel, label)
         return
     ticks: list[float] = []
-    for k, (name, (colour, marker, text)) in enumerate(_STYLE.items()):
+    for k, (name, (colour, marker, text)) in enumerate(QUANTITY_STYLE.items()):
         mine = _rows(rows, shown, name)
         if not mine:
             continue
@@ -78,7 +78,7 @@ def _differences(panel: Axes, rows: list[Row], shown: Row, key: str, label: str)
     panel.set(xscale="log", xlabel=label, ylabel="difference to the finest (%)")
     panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     panel.minorticks_off()
-    _clean(panel)
+    clean(panel)
 
 
 def _deviations(panel: Axes, found: Convergence, study: str, shown: Row, label: str) -> None:
@@ -88,7 +88,7 @@ def _deviations(panel: Axes, found: Convergence, study: str, shown: Row, label: 
         _nothing(panel, label)
         return
     key, count = ("realisations", "groups") if study == "realisations" else ("paths", "repeats")
-    for name, (colour, marker, text) in _STYLE.items():
+    for name, (colour, marker, text) in QUANTITY_STYLE.items():
         mine = [row for row in _rows(rows, shown, name) if row["deviation"]]
         if not mine:
             continue
@@ -108,13 +108,13 @@ def _deviations(panel: Axes, found: Convergence, study: str, shown: Row, label: 
             panel.plot(x, claimed, color=colour, linewidth=1, linestyle=":")
     what = "lines: 1/√N" + ("; dotted: claimed by batches" if study == "rays" else "")
     panel.set(xscale="log", yscale="log", xlabel=label, ylabel="standard error (%)")
-    panel.set_ylim(bottom=panel.get_ylim()[0] / 8)  # room for the legend
-    panel.legend(loc="lower left", fontsize=7, frameon=False, title=what, title_fontsize=7)
+    panel.set_ylim(bottom=panel.get_ylim()[0] / 15)  # room for the legend
+    panel.legend(loc="lower left", fontsize=8, frameon=False, title=what, title_fontsize=8)
     if study == "realisations":
         ticks = sorted({row[key] for row in rows if row["deviation"]})
         panel.set_xticks(ticks, [str(tick) for tick in ticks])
         panel.minorticks_off()
-    _clean(panel)
+    clean(panel)
 
 
 def _exponent(fit: Row) -> str:
@@ -126,8 +126,3 @@ def _exponent(fit: Row) -> str:
 def _nothing(panel: Axes, label: str) -> None:
     panel.text(0.5, 0.5, "one surface: does not vary", ha="center", transform=panel.transAxes)
     panel.set(xticks=[], yticks=[], xlabel=label)
-
-
-def _clean(panel: Axes) -> None:
-    panel.grid(visible=True, color="#dddddd", linewidth=0.5)
-    panel.spines[["top", "right"]].set_visible(False)

@@ -1,77 +1,138 @@
-"""report.html, one self-contained file, and report.json."""
+"""report.html, one self-contained file, and what lies beside it."""
 
 import base64
-import io
-import json
+import os
 import platform
-import shlex
-import sys
-from importlib.metadata import version
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import jinja2
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 
-from .. import __version__, precision, summary
-from ..errors import InputError
-from ..files import check_writable, whole_file
-from ..validate import Validation, as_json
-from . import plots
+from .. import precision, summary
+from ..files import whole_file
+from ..validate import Validation
+from . import attachments, citations, document, pictures
+from .picture import ENDINGS, Picture, save
+from .section import Section, Table
 
-SCHEMA = 1
-_LIBRARIES = ("numpy", "scipy", "embreex", "xarray", "numba")
-
-_EFFECTS = (
-    "Measured over predicted, with its 95 % interval over {basis}. Green: the "
-    "margin within which the theory counts as holding."
-)
-_LOBES = (
-    "Lobes in the plane of incidence, Kd = {kd:g}. Points: traced on the explicit surface, "
-    "bands 95 % over {basis}{bound}. Coloured lines: single scattering by the theory, integrated "
-    "over the same bins; black line: all orders by its random walk."
-)
-_BOUND = " (order 1: from the weights of its paths; all orders: an upper bound)"
-_ALBEDOS = (
-    "Albedo by the number of facets met. Bars: standard deviation between surfaces. Open red "
-    "symbols: the same orders by the random walk."
-)
-_SURFACE = (
-    "The surface itself: a profile, and how many facets are steeper than a slope. "
-    "The dotted line is where the mesh ends and the theory goes on."
-)
+make_folder = attachments.make_folders
 
 
-def make_folder(out: Path) -> None:
-    """Make the folder of a report, before any work is done for it."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"{out}: can't be made a folder ({error.strerror}); choose another"
-        ) from error
-    check_writable(out / "report.html")
+@dataclass(frozen=True)
+class _Shown:
+    """A picture that was written: its address in the page, and those of its files."""
+
+    name: str
+    caption: str
+    address: str
+    files: tuple[tuple[str, str], ...]
 
 
-def write(entries: list[Validation], out: Path, seed: int) -> None:
-    """Write report.html and report.json into the folder ``out``."""
-    document = {
-        "schema": SCHEMA,
-        "microsurf": __version__,
-        "seed": seed,
-        "command": shlex.join(["microsurf", *sys.argv[1:]]),
-        "python": platform.python_version(),
-        "libraries": {name: version(name) for name in _LIBRARIES},
-        "scenes": [
-            {**as_json(entry), "errors": precision.as_json(entry.measured, entry.scene)}
-            for entry in entries
+@dataclass(frozen=True)
+class _Part:
+    """A section whose pictures were written."""
+
+    anchor: str
+    title: str
+    paragraphs: list[str]
+    tables: tuple[Table, ...]
+    pictures: list[_Shown]
+
+
+def write(
+    entries: Sequence[Validation],
+    out: Path,
+    seed: int,
+    *,
+    of_all: Sequence[Section] = (),
+    of_scenes: Mapping[str, Sequence[Section]] | None = None,
+) -> dict[str, Any]:
+    """Write a report into the folder ``out``, which `make_folder` made; returns report.json's.
+
+    report.html needs nothing beside it. Beside it lie report.json, references.bib,
+    constraints.txt; figures/, three files each; data/, results as netCDF; scenes/.
+    The page is written last, so that it never speaks of what is not there.
+
+    Parameters
+    ----------
+    entries : sequence of Validation
+        The scenes, in the order of the page.
+    out : Path
+        The folder.
+    seed : int
+        That of all scenes.
+    of_all : sequence of Section
+        Further sections of the whole report, before the scenes.
+    of_scenes : mapping from the names of entries to sequences of Section
+        Further sections of single scenes, after their own figures.
+
+    Raises
+    ------
+    InputError
+        If the folder is not there or can't be written.
+    MicrosurfError
+        If there is no room.
+
+    """
+    further = of_scenes or {}
+    entries = list(entries)
+    content = document.of(entries, seed)
+    attached = attachments.attach(entries, out, seed)
+    cited = [key for part in (*of_all, *_chain(further)) for key in part.cites]
+    references = citations.collect(entries, cited)
+    figures = out / "figures"
+    page = _template().render(
+        document=content,
+        machine=_machine(),
+        quantities=summary.QUANTITIES | precision.LOBES,
+        verdicts=summary.QUANTITIES,
+        overview=[_show(picture, figures) for picture in pictures.of_all(entries)],
+        parts=[_part(part, "all", figures) for part in of_all],
+        scenes=[
+            {
+                "entry": entry,
+                "data": data,
+                "files": files,
+                "figures": [_show(p, figures) for p in pictures.of_scene(entry, files.slug)],
+                "parts": [_part(part, files.slug, figures) for part in further.get(entry.name, ())],
+            }
+            for entry, data, files in zip(entries, content["scenes"], attached, strict=True)
         ],
-    }
-    with whole_file(out / "report.json") as temporary:
-        temporary.write_text(
-            json.dumps(document, indent=1, default=_plain, allow_nan=False), encoding="utf-8"
-        )
+        references=references,
+        megabytes={name: _size(out / name) / 1e6 for name in attachments.FOLDERS},
+        bound=attachments.DATA_BYTES / 2**20,
+    )
+    document.save(content, out / "report.json")
+    for name, text in (
+        ("references.bib", citations.bibtex(references)),
+        ("constraints.txt", attachments.constraints(content["libraries"])),
+        ("report.html", page),
+    ):
+        with whole_file(out / name) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+    return content
+
+
+def _chain(further: Mapping[str, Sequence[Section]]) -> Iterable[Section]:
+    return (part for parts in further.values() for part in parts)
+
+
+def _part(part: Section, where: str, figures: Path) -> _Part:
+    shown = [_show(picture, figures) for picture in part.pictures]
+    return _Part(f"{where}-{part.name}", part.title, part.paragraphs, part.tables, shown)
+
+
+def _show(picture: Picture, figures: Path) -> _Shown:
+    """Write a picture, and give it as the address of an SVG image: nothing in it can run."""
+    text = save(picture, figures)
+    address = "data:image/svg+xml;base64," + base64.b64encode(text.encode()).decode()
+    files = tuple((end.upper(), f"{figures.name}/{picture.name}.{end}") for end in ENDINGS)
+    return _Shown(picture.name, picture.caption, address, files)
+
+
+def _template() -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("microsurf.report"),
         autoescape=True,
@@ -79,43 +140,25 @@ def write(entries: list[Validation], out: Path, seed: int) -> None:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    page = environment.get_template("report.html.jinja").render(
-        document=document,
-        quantities=summary.QUANTITIES | precision.LOBES,
-        verdicts=summary.QUANTITIES,
-        entries=[(entry, _figures(entry)) for entry in entries],
-    )
-    with whole_file(out / "report.html") as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    environment.filters |= {"signed": _signed, "grouped": _grouped}
+    return environment.get_template("report.html.jinja")
 
 
-def _plain(value: Any) -> Any:
-    """What json does not know: arrays and numpy numbers become lists and numbers."""
-    return value.tolist()
+def _grouped(value: int) -> str:
+    """Thousands apart by thin spaces."""
+    return f"{value:,}".replace(",", "\u202f")
 
 
-def _figures(entry: Validation) -> list[tuple[str, str]]:
-    """Pictures of a scene as data addresses, each with its caption."""
-    kd = entry.scene.material.kd[0]
-    basis = entry.comparisons[0].basis if entry.comparisons else "nothing"
-    surfaces = entry.measured.sizes["realisation"]
-    pictures = [
-        (plots.effects(entry.comparisons), _EFFECTS.format(basis=basis)),
-        (
-            plots.lobes(entry.measured, entry.predicted, entry.scene, kd),
-            _LOBES.format(kd=kd, basis=basis, bound=_BOUND if surfaces == 1 else ""),
-        ),
-        (plots.albedos(entry.measured, entry.predicted, entry.scene, kd), _ALBEDOS),
-    ]
-    if entry.heightfield is not None:
-        pictures.append((plots.surface(entry.heightfield, entry.scene), _SURFACE))
-    return [(_svg(figure), caption) for figure, caption in pictures]
+def _signed(value: float, digits: int) -> str:
+    """With its sign, a true minus; what rounds to zero has none."""
+    text = f"{value:+.{digits}f}"
+    return text[1:] if float(text) == 0 else text.replace("-", "−")
 
 
-def _svg(figure: Figure) -> str:
-    """A figure as the address of an SVG image: nothing in it can run."""
-    buffer = io.BytesIO()
-    # A fixed salt and no date: the same figures give the same bytes.
-    with rc_context({"svg.hashsalt": "microsurf"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode()
+def _machine() -> str:
+    """On what it ran, without its name."""
+    return f"{platform.system()} {platform.machine()}, {os.cpu_count()} CPUs"
+
+
+def _size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.iterdir() if file.is_file())

@@ -46,7 +46,7 @@ class Section:
     """One part of the page, of a scene or of the whole report.
 
     ``text`` is plain: an empty line ends a paragraph. ``name`` is its address in the
-    page; ASCII letters, digits and ``-``.
+    page; ASCII letters, digits and ``-``. ``cites`` are keys of `references`.
     """
 
     name: str
@@ -54,6 +54,7 @@ class Section:
     text: str = ""
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
+    cites: tuple[str, ...] = ()
 
     @property
     def paragraphs(self) -> list[str]:

@@ -1,0 +1,102 @@
+"""What lies beside the page: scenes, results, references, versions; and how to do it again."""
+
+import os
+import re
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from .. import result
+from ..errors import InputError
+from ..files import check_writable, whole_file
+from ..scene_file import from_toml, to_toml
+from ..validate import Validation
+
+FOLDERS = ("figures", "data", "scenes")
+DATA_BYTES = 512 * 2**20
+"""Results of a report take no more room than this; the rest is left out, and the page says so."""
+
+
+@dataclass(frozen=True)
+class Attached:
+    """What lies beside the page for one scene; addresses are relative to it.
+
+    ``toml`` is the scene as it was asked, ``command`` what does it again alone, from the
+    report's folder, to the same bits. ``left_out`` says what there was no room for.
+    """
+
+    slug: str
+    toml: str
+    command: str
+    scene: str
+    data: tuple[tuple[str, str], ...]
+    left_out: int
+
+
+def make_folders(out: Path) -> None:
+    """Make the folder of a report and those in it, before any work is done for it.
+
+    Raises
+    ------
+    InputError
+        If one can't be made or written.
+
+    """
+    for folder in (out, *(out / name for name in FOLDERS)):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{folder}: can't be made a folder ({error.strerror}); choose another"
+            ) from error
+        check_writable(folder / "report.html")
+
+
+def slugs(names: Iterable[str]) -> list[str]:
+    """Names that fit files and addresses, one for each name and no two the same."""
+    found: list[str] = []
+    for name in names:
+        base = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("._-")[:80] or "scene"
+        slug, number = base, 2
+        while slug.lower() in {other.lower() for other in found}:
+            slug, number = f"{base}-{number}", number + 1
+        found.append(slug)
+    return found
+
+
+def attach(entries: Sequence[Validation], out: Path, seed: int) -> list[Attached]:
+    """Write scenes/NAME.toml and data/NAME-*.nc of each scene."""
+    room = DATA_BYTES
+    attached = []
+    for entry, slug in zip(entries, slugs(entry.name for entry in entries), strict=True):
+        toml = _asked(entry, out / "scenes")
+        scene = f"scenes/{slug}.toml"
+        with whole_file(out / scene) as temporary:
+            temporary.write_text(toml, encoding="utf-8", newline="\n")
+        data, left_out = [], 0
+        for label, dataset in {"measured": entry.measured, **entry.predicted}.items():
+            name = f"data/{slug}-{slugs([label])[0]}.nc"
+            if dataset.nbytes > room:
+                left_out += 1
+                continue
+            result.save(dataset, out / name)
+            room -= dataset.nbytes
+            data.append((label, name))
+        again = ["microsurf", "validate", scene, "--seed", str(seed), "--out", f"again/{slug}"]
+        attached.append(Attached(slug, toml, shlex.join(again), scene, tuple(data), left_out))
+    return attached
+
+
+def _asked(entry: Validation, folder: Path) -> str:
+    """The scene as it was measured, not as it was fitted; its file is named from ``folder``."""
+    asked = from_toml(entry.measured.attrs["scene"])
+    if asked.surface.file is not None:
+        file = os.path.relpath(asked.surface.file, folder)
+        asked = replace(asked, surface=replace(asked.surface, file=Path(file).as_posix()))
+    return to_toml(asked)
+
+
+def constraints(versions: Mapping[str, str]) -> str:
+    """Text of constraints.txt: the versions that ran."""
+    return "".join(f"{name}=={number}\n" for name, number in versions.items())
