@@ -18,6 +18,9 @@ DATA_BYTES = 512 * 2**20
 """Results of a report take no more room than this; the rest is left out, and the page says so."""
 
 
+_ARRAY = re.compile(r"\[\n((?:    [^\n]*,\n)+)\]")
+
+
 @dataclass(frozen=True)
 class Attached:
     """What lies beside the page for one scene; addresses are relative to it.
@@ -94,7 +97,12 @@ def _asked(entry: Validation, folder: Path) -> str:
     if asked.surface.file is not None:
         file = os.path.relpath(asked.surface.file, folder)
         asked = replace(asked, surface=replace(asked.surface, file=Path(file).as_posix()))
-    return to_toml(asked)
+    return _ARRAY.sub(_on_one_line, to_toml(asked))
+
+
+def _on_one_line(array: re.Match[str]) -> str:
+    """Give an array as people write it; its items have no line breaks of their own."""
+    return "[" + ", ".join(line.strip(" ,") for line in array[1].splitlines()) + "]"
 
 
 def constraints(versions: Mapping[str, str]) -> str:

@@ -22,10 +22,11 @@ make_folder = attachments.make_folders
 
 @dataclass(frozen=True)
 class _Shown:
-    """A picture that was written: its address in the page, and those of its files."""
+    """A picture that was written: its width in inches, its address, and those of its files."""
 
     name: str
     caption: str
+    width: float
     address: str
     files: tuple[tuple[str, str], ...]
 
@@ -129,7 +130,7 @@ def _show(picture: Picture, figures: Path) -> _Shown:
     text = save(picture, figures)
     address = "data:image/svg+xml;base64," + base64.b64encode(text.encode()).decode()
     files = tuple((end.upper(), f"{figures.name}/{picture.name}.{end}") for end in ENDINGS)
-    return _Shown(picture.name, picture.caption, address, files)
+    return _Shown(picture.name, picture.caption, picture.figure.get_figwidth(), address, files)
 
 
 def _template() -> jinja2.Template:

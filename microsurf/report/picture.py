@@ -76,9 +76,19 @@ def save(picture: Picture, folder: Path) -> str:
         vector, raster, table = (files.enter_context(whole_file(name)) for name in names)
         text = svg(picture.figure)
         vector.write_text(text, encoding="utf-8", newline="\n")
-        picture.figure.savefig(raster, dpi=DPI, metadata={"Software": None})
+        _save_raster(picture.figure, raster)
         table.write_text(as_csv(picture.rows), encoding="utf-8", newline="\n")
     return text
+
+
+def _save_raster(figure: Figure, path: Path) -> None:
+    """As it was laid out for the SVG: laying out is half the work."""
+    engine = figure.get_layout_engine()
+    figure.set_layout_engine("none")
+    try:
+        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    finally:
+        figure.set_layout_engine(engine)
 
 
 def svg(figure: Figure) -> str:

@@ -26,13 +26,13 @@ _LOBES = (
 _BOUND = " (order 1: from the weights of its paths; all orders: an upper bound)"
 _ALBEDOS = (
     "Albedo by the number of facets that light met, Kd = {kd:g}; each order has its own scale, all "
-    "begin at zero. Bars: 95 % over {basis}. Order 1 against single scattering, higher orders "
-    "against the random walk."
+    "begin at zero. Bars: 95 % over {basis}.{higher}"
 )
 _NO_BARS = (
     "Albedo by the number of facets that light met, Kd = {kd:g}; each order has its own scale, all "
-    "begin at zero. One surface: no interval over others."
+    "begin at zero. One surface: no interval over others.{higher}"
 )
+_HIGHER = " Order 1 against single scattering, higher orders against the random walk."
 _RELIEF = (
     "The first surface: a profile, not to scale, and the share of its facets that are steeper than "
     "a slope, against STD. Dotted: the steepest facet, where the mesh ends and the theory goes on."
@@ -66,7 +66,8 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
         found.append(Picture(f"{slug}-lobes", lobes.figure(curves), caption, curves))
     orders = albedos.rows(entry.measured, entry.predicted, scene, kd)
     if orders:
-        caption = (_NO_BARS if one else _ALBEDOS).format(kd=kd, basis=basis)
+        higher = _HIGHER if any(row["order"] > 1 for row in orders) else ""
+        caption = (_NO_BARS if one else _ALBEDOS).format(kd=kd, basis=basis, higher=higher)
         found.append(Picture(f"{slug}-albedos", albedos.figure(orders), caption, orders))
     if entry.heightfield is not None:
         profile = relief.rows(entry.heightfield, scene)
