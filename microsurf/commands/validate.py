@@ -48,7 +48,7 @@ def validate_command(
     for asked in scenes.values():
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
-    report.make_folder(out)
+    report.make_folders(out)
     results = [
         validate_scene(name, asked, seed=seed, workers=workers, progress=True)
         for name, asked in scenes.items()

@@ -7,10 +7,11 @@ import xarray as xr
 
 from ..files import whole_file
 from . import lobes
-from .page import make_folder, write
+from .attachments import make_folder, make_folders
+from .page import write
 from .picture import DPI, svg
 
-__all__ = ["make_folder", "plot_results", "write"]
+__all__ = ["make_folder", "make_folders", "plot_results", "write"]
 
 
 def plot_results(results: Mapping[str, xr.Dataset], out: Path, kd: float | None = None) -> None:

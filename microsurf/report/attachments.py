@@ -37,23 +37,28 @@ class Attached:
     left_out: int
 
 
-def make_folders(out: Path) -> None:
-    """Make the folder of a report and those in it, before any work is done for it.
+def make_folder(folder: Path) -> None:
+    """Make a folder for what a command writes, before any work is done for it.
 
     Raises
     ------
     InputError
-        If one can't be made or written.
+        If it can't be made or written.
 
     """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: can't be made a folder ({error.strerror}); choose another"
+        ) from error
+    check_writable(folder / "report.html")
+
+
+def make_folders(out: Path) -> None:
+    """Make the folder of a report, and those in it."""
     for folder in (out, *(out / name for name in FOLDERS)):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(
-                f"{folder}: can't be made a folder ({error.strerror}); choose another"
-            ) from error
-        check_writable(folder / "report.html")
+        make_folder(folder)
 
 
 def slugs(names: Iterable[str]) -> list[str]:

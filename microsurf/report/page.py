@@ -17,8 +17,6 @@ from . import attachments, citations, document, pictures
 from .picture import ENDINGS, Picture, save
 from .section import Section, Table
 
-make_folder = attachments.make_folders
-
 
 @dataclass(frozen=True)
 class _Shown:
@@ -50,7 +48,7 @@ def write(
     of_all: Sequence[Section] = (),
     of_scenes: Mapping[str, Sequence[Section]] | None = None,
 ) -> dict[str, Any]:
-    """Write a report into the folder ``out``, which `make_folder` made; returns report.json's.
+    """Write a report into the folder ``out``; returns the document of report.json.
 
     report.html needs nothing beside it. Beside it lie report.json, references.bib,
     constraints.txt; figures/, three files each; data/, results as netCDF; scenes/.
@@ -72,11 +70,12 @@ def write(
     Raises
     ------
     InputError
-        If the folder is not there or can't be written.
+        If the folder can't be made or written.
     MicrosurfError
         If there is no room.
 
     """
+    attachments.make_folders(out)
     further = of_scenes or {}
     entries = list(entries)
     content = document.of(entries, seed)

@@ -45,7 +45,7 @@ def entries():
 @pytest.fixture(scope="module")
 def folder(entries, tmp_path_factory):
     out = tmp_path_factory.mktemp("report") / "new"
-    report.make_folder(out)
+    report.make_folders(out)
     report.write(entries, out, 7, **_FURTHER)
     return out
 
@@ -214,7 +214,7 @@ def test_the_page_is_small(page):
 
 
 def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):
-    report.make_folder(tmp_path)
+    report.make_folders(tmp_path)
     report.write(entries, tmp_path, 7, **_FURTHER)
     files = [f.relative_to(folder) for f in folder.rglob("*") if f.is_file()]
     assert len(files) == 11 * 3 + 2 * 4 + 2 + 4
@@ -224,14 +224,14 @@ def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):
 
 def test_results_that_are_too_large_are_left_out(entries, tmp_path, monkeypatch):
     monkeypatch.setattr(attachments, "DATA_BYTES", entries[0].measured.nbytes)
-    report.make_folder(tmp_path)
+    report.make_folders(tmp_path)
     (attached,) = attachments.attach(entries[:1], tmp_path, 0)
     assert [file.name for file in (tmp_path / "data").iterdir()] == ["a-b-c-measured.nc"]
     assert attached.left_out == 3
 
 
 def test_a_report_that_can_not_be_finished_leaves_the_old_page(entries, tmp_path, monkeypatch):
-    report.make_folder(tmp_path)
+    report.make_folders(tmp_path)
     (tmp_path / "report.html").write_text("old")
 
     def full(_):
@@ -257,9 +257,11 @@ def test_a_folder_that_can_not_be_made_is_refused(tmp_path):
     (tmp_path / "used" / "figures").touch()
     for out in (tmp_path / "file", tmp_path / "file" / "below", tmp_path / "used"):
         with pytest.raises(InputError, match="folder"):
-            report.make_folder(out)
-    report.make_folder(tmp_path / "a" / "b")
-    assert (tmp_path / "a" / "b").is_dir()
+            report.make_folders(out)
+    report.make_folders(tmp_path / "a" / "b")
+    assert (tmp_path / "a" / "b" / "figures").is_dir()
+    report.make_folder(tmp_path / "plain")
+    assert list((tmp_path / "plain").iterdir()) == []
 
 
 def test_plots_of_results_that_do_not_fit_together_are_refused(tmp_path):
