@@ -1,7 +1,7 @@
 """The main job: measure and predict each scene, compare, and keep what the report shows."""
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,11 @@ class Validation:
         What the effects that the scene leaves out cost, see `left_out.cost`.
     seconds : float
         All of it.
+    trial : Trial or None
+        A candidate against the theory; the comparisons are then the candidate's, see
+        `trial.judge`.
+    faults : list of str
+        What is wrong with the candidate itself.
 
     """
 
@@ -61,11 +66,13 @@ class Validation:
     fit: StdFit | None = None
     left_out: list[dict[str, Any]] = field(default_factory=list)
     seconds: float = 0.0
+    trial: verdict.Trial | None = None
+    faults: list[str] = field(default_factory=list)
 
     @property
     def broken(self) -> list[str]:
-        """Invariants that do not hold; empty unless something is wrong with microsurf."""
-        return invariants.broken(self.invariants)
+        """Invariants that do not hold, and a candidate's faults; else empty."""
+        return invariants.broken(self.invariants) + self.faults
 
 
 def validate_scene(
@@ -147,6 +154,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "surface": entry.statistics,
         "fit": None if entry.fit is None else _finite(vars(entry.fit)),
         "left_out": entry.left_out,
+        "trial": None if entry.trial is None else asdict(entry.trial),
         "seconds": entry.seconds,
     }
 

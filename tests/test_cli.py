@@ -576,7 +576,6 @@ def test_a_failed_write_keeps_what_was_there(run, tmp_path, monkeypatch):
 
 def test_an_unexpected_verdict_is_1(run, monkeypatch):
     """A flat surface is a flat surface, so a margin of 50 % holds."""
-    monkeypatch.setattr("microsurf.report.write", lambda *_: None)
     monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [])
     for verdict, code in (("departs", 1), ("holds", 0)):
         expected = f'[expect.total]\nverdict = "{verdict}"\nmargin = 0.5\n'
@@ -585,7 +584,8 @@ def test_an_unexpected_verdict_is_1(run, monkeypatch):
         ran = run("validate", "scene.toml", "--out", "r", "--json")
         found = json.loads(ran.out)
         assert ran.code == code
-        assert found["unexpected"] == code
+        assert found["unexpected"] == len(found["findings"]) == code
+        assert ran.err.count("unexpected: scene: total albedo, θ_i = 60°") == code
         assert found["scenes"] == ["scene"]
         assert set(found["verdicts"]) == {"holds", "departs", "undecided"}
         assert sum(found["verdicts"].values()) == 3
@@ -596,7 +596,6 @@ def test_an_unexpected_verdict_is_1(run, monkeypatch):
 
 def test_a_broken_invariant_is_1(run, monkeypatch):
     broken = Invariant("reciprocity", "f(i, o) = f(o, i)", 6.0, 5.0, "|z|")
-    monkeypatch.setattr("microsurf.report.write", lambda *_: None)
     monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [broken])
     Path("scene.toml").write_text(SCENE + "[roughness]\nsigma = 0\n")
     ran = run("validate", "scene.toml", "--out", "r", "--json")
@@ -604,6 +603,62 @@ def test_a_broken_invariant_is_1(run, monkeypatch):
     assert ran.code == 1
     assert found["unexpected"] == 1
     assert found["broken"] == ["reciprocity: 6, must be ≤ 5 (f(i, o) = f(o, i))"]
+
+
+OWN = """import numpy as np
+def lambert(i, o): return np.full(len(o), 0.5 / np.pi)
+def dark(i, o): return np.full(len(o), 0.25 / np.pi)
+def bad(i, o): return -lambert(i, o)
+"""
+LAMBERT = "[material]\nn = 1.0\nkd = 0.5\n[roughness]\nsigma = 0\n[light]\ntheta = [60]\n"
+
+
+def test_ones_own_brdf_stands_in_the_models_place(run, refused, monkeypatch):
+    """n = 1 and σ = 0 is Lambert's, so that a callable of one line is right or wrong."""
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    Path("own_lambert.py").write_text(OWN)
+    Path("scene.toml").write_text(LAMBERT + "[accuracy]\npaths = 2000\n")
+    options = ("validate", "scene.toml", "--out", "r", "--json", "--model")
+    found = run(*options, "own_lambert:lambert").json
+    assert found["verdicts"] == {"holds": 1, "departs": 0, "undecided": 0}
+    ran = run(*options, "own_lambert:dark")
+    assert ran.code == 1
+    findings = json.loads(ran.out)["findings"]
+    assert "candidate -50.00 % from flat: the candidate's own" in findings[0]
+    assert "total albedo, θ_i = 60°" in findings[0]
+    assert {p.name for p in Path("r").iterdir()} >= {
+        "report.html", "report.json", "report.md", "junit.xml"
+    }  # fmt: skip
+    for name, words in (
+        ("own_lambert:bad", "must be finite and ≥ 0"),
+        ("own_lambert:none", "no attribute 'none'"),
+        ("nowhere:f", "can't be imported"),
+        ("smith", "package.module:callable"),
+        ("t.csv", "no such file"),
+    ):
+        refused("validate", "scene.toml", "--out", "q", "--model", name, names=(name, words))
+    sys.modules.pop("own_lambert")
+
+
+def test_what_moved_is_told_and_does_not_change_the_exit_code(run, refused):
+    scene = LAMBERT + "[accuracy]\npaths = 2000\n"
+    Path("scene.toml").write_text(scene)
+    run("validate", "scene.toml", "--out", "r")
+    again = ("validate", "scene.toml", "--out", "r", "--baseline", "r/report.json")
+    assert run(*again, "--json").json["moved"] == []
+    old = json.loads(Path("r/report.json").read_text())
+    old["scenes"][0]["comparisons"][0]["measured"] = 0.4
+    Path("old.json").write_text(json.dumps(old))
+    options = ("validate", "scene.toml", "--out", "r", "--baseline", "old.json")
+    moved = run(*options, "--json").json["moved"]
+    assert {m["figure"] for m in moved} == {"measured"}
+    ran = run(*options)
+    assert ran.code == 0
+    assert "moved: scene: order-1 body albedo, θ_i = 60°" in ran.out
+    old["schema"] = 1
+    Path("old.json").write_text(json.dumps(old))
+    refused(*options, names=("--baseline old.json", "schema = 1"))
+    refused(*options[:-1], "none.json", names=("none.json", "no such file"))
 
 
 # As processes of their own

@@ -7,11 +7,10 @@ from typing import Any
 
 import click
 
-from .. import expectation, memory, report
+from .. import baseline, expectation, memory, model, report, trial
 from ..errors import InputError
-from ..invariants import broken as broken_of
 from ..invariants import global_invariants
-from ..validate import validate_scene
+from ..validate import Validation, validate_scene
 from .options import PATH, as_json, compose, seed, workers
 from .output import show, write
 
@@ -30,12 +29,26 @@ def built_in_scenes() -> list[Path]:
 @click.option("--out", type=PATH, default=Path("reports/latest"), show_default=True)
 @click.option("--paths", type=int, help="Instead of what the scenes ask for.")
 @click.option("--realisations", type=int, help="Instead of what the scenes ask for.")
+@click.option(
+    "--model",
+    "candidate",
+    metavar="MODULE:CALLABLE|TABLE.csv",
+    help="Your own BRDF in the model's place: f(i, o), a pair (f_specular, f_body) of order 1 or "
+    "one array of all orders; or a table.",
+)
+@click.option(
+    "--baseline",
+    "old",
+    type=PATH,
+    metavar="REPORT.json",
+    help="Tell what moved beyond its error since this report; it does not change the exit code.",
+)
 @seed
 @workers
 @as_json
 def validate_command(
-    scene_files: tuple[Path, ...], out: Path, seed: int, workers: int | None, as_json: bool,
-    **given: Any,
+    scene_files: tuple[Path, ...], out: Path, candidate: str | None, old: Path | None,
+    seed: int, workers: int | None, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
@@ -45,31 +58,47 @@ def validate_command(
     scenes = {file.stem: compose(file, **given) for file in files}
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
+    before = None if old is None else (str(old), baseline.read_report(old))
+    own = None if candidate is None else model.load_candidate(candidate)
+    if own is not None and not scene_files:  # a mirror's spike is no f(i, o)
+        scenes = {name: asked for name, asked in scenes.items() if model.has_values(asked)}
+    broken = {} if own is None else {k: model.examine(own, asked) for k, asked in scenes.items()}
     for asked in scenes.values():
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
     report.make_folders(out)
-    results = [
-        validate_scene(name, asked, seed=seed, workers=workers, progress=True)
-        for name, asked in scenes.items()
-    ]
+    results = []
+    for name, asked in scenes.items():
+        entry = validate_scene(name, asked, seed=seed, workers=workers, progress=True)
+        results.append(entry if own is None else trial.judge(entry, own, broken[name]))
     lasting = global_invariants(seed, workers, progress=True)
-    report.write(results, out, seed)
-    rows = [row for entry in results for row in entry.comparisons]
-    unexpected = [row for row in rows if row.unexpected]
-    broken = broken_of(lasting) + [text for entry in results for text in entry.broken]
+    document = report.write(results, out, seed, lasting=lasting, old=before)
+    unexpected = report.unexpected(document)
     values = {
         "scenes": list(scenes),
-        "verdicts": {
-            word: sum(row.verdict == word for row in rows) for word in expectation.VERDICTS
-        },
-        "unexpected": len(unexpected) + len(broken),
-        "broken": broken,
+        "verdicts": _counts(results),
+        "unexpected": len(unexpected),
+        "broken": document["broken"] + [text for entry in results for text in entry.broken],
         "seconds": time.perf_counter() - begin,
         "out": str(out),
     }
+    if as_json:
+        values |= {"findings": unexpected, **_moved(document)}
     show(values, as_json)
     if not as_json:
-        write(f"\nreport: {out / 'report.html'}")
-    if unexpected or broken:
+        write("\n".join([*report.movements(document), f"\nreport: {out / 'report.html'}"]))
+    for line in unexpected:
+        click.echo(f"unexpected: {line}", err=True)
+    if unexpected:
         sys.exit(1)
+
+
+def _counts(results: list[Validation]) -> dict[str, int]:
+    found = [row.verdict for entry in results for row in entry.comparisons]
+    return {word: found.count(word) for word in expectation.VERDICTS}
+
+
+def _moved(document: dict[str, Any]) -> dict[str, Any]:
+    """What `--baseline` adds to ``--json``."""
+    against = document["baseline"]
+    return {} if against is None else {"moved": against["moved"], "baseline": against}

@@ -61,7 +61,7 @@ def as_rows(invariants: Iterable[Invariant]) -> list[dict[str, Any]]:
             "statement": found.statement,
             "value": _finite(found.value),
             "tolerance": found.tolerance,
-            "holds": found.holds,
+            "holds": bool(found.holds),
             "basis": found.basis,
             "figures": {key: _finite(value) for key, value in found.figures.items()},
             "detail": found.detail,

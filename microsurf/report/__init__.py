@@ -10,8 +10,9 @@ from . import lobes
 from .attachments import make_folder, make_folders
 from .page import write
 from .picture import DPI, svg
+from .wording import movements, unexpected
 
-__all__ = ["make_folder", "make_folders", "plot_results", "write"]
+__all__ = ["make_folder", "make_folders", "movements", "plot_results", "unexpected", "write"]
 
 
 def plot_results(results: Mapping[str, xr.Dataset], out: Path, kd: float | None = None) -> None:

@@ -4,16 +4,17 @@ import json
 import platform
 import shlex
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from .. import __version__, precision
+from .. import __version__, baseline, precision
 from ..files import whole_file
+from ..invariants import Invariant, as_rows, broken
 from ..validate import Validation, as_json
 
-SCHEMA = 1
 LIBRARIES = (
     "click", "embreex", "jinja2", "matplotlib", "numba", "numpy", "scipy", "tomli-w", "tqdm",
     "trimesh", "xarray",
@@ -21,10 +22,16 @@ LIBRARIES = (
 """What microsurf needs to run."""
 
 
-def of(entries: list[Validation], seed: int) -> dict[str, Any]:
-    """Give the document of report.json."""
-    return {
-        "schema": SCHEMA,
+def of(
+    entries: list[Validation],
+    seed: int,
+    lasting: Iterable[Invariant] = (),
+    old: tuple[str, dict[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """Give the document of report.json; report.schema.json beside this file describes it."""
+    lasting = list(lasting)
+    content = {
+        "schema": baseline.SCHEMA,
         "microsurf": __version__,
         "seed": seed,
         "command": shlex.join(["microsurf", *sys.argv[1:]]),
@@ -34,6 +41,11 @@ def of(entries: list[Validation], seed: int) -> dict[str, Any]:
             {**as_json(entry), "errors": precision.as_json(entry.measured, entry.scene)}
             for entry in entries
         ],
+        "invariants": as_rows(lasting),
+        "broken": broken(lasting),
+    }
+    return content | {
+        "baseline": None if old is None else baseline.against(content, old[1], old[0])
     }
 
 

@@ -12,8 +12,11 @@ import jinja2
 
 from .. import precision, summary
 from ..files import whole_file
+from ..invariants import Invariant
 from ..validate import Validation
 from . import attachments, citations, document, pictures
+from .junit import to_junit
+from .markdown import to_markdown
 from .picture import ENDINGS, Picture, save
 from .section import Section, Table
 
@@ -45,13 +48,15 @@ def write(
     out: Path,
     seed: int,
     *,
+    lasting: Iterable[Invariant] = (),
+    old: tuple[str, dict[str, Any]] | None = None,
     of_all: Sequence[Section] = (),
     of_scenes: Mapping[str, Sequence[Section]] | None = None,
 ) -> dict[str, Any]:
     """Write a report into the folder ``out``; returns the document of report.json.
 
-    report.html needs nothing beside it. Beside it lie report.json, references.bib,
-    constraints.txt; figures/, three files each; data/, results as netCDF; scenes/.
+    report.html needs nothing beside it. Beside it lie report.json, report.md and junit.xml,
+    references.bib, constraints.txt; figures/, three files each; data/, results as netCDF; scenes/.
     The page is written last, so that it never speaks of what is not there.
 
     Parameters
@@ -62,6 +67,10 @@ def write(
         The folder.
     seed : int
         That of all scenes.
+    lasting : iterable of Invariant
+        What must hold whatever the scene, see `invariants.global_invariants`.
+    old : (str, dict), optional
+        Name and document of a report to compare with, see `baseline`.
     of_all : sequence of Section
         Further sections of the whole report, before the scenes.
     of_scenes : mapping from the names of entries to sequences of Section
@@ -78,7 +87,7 @@ def write(
     attachments.make_folders(out)
     further = of_scenes or {}
     entries = list(entries)
-    content = document.of(entries, seed)
+    content = document.of(entries, seed, lasting, old)
     attached = attachments.attach(entries, out, seed)
     cited = [key for part in (*of_all, *_chain(further)) for key in part.cites]
     references = citations.collect(entries, cited)
@@ -106,6 +115,8 @@ def write(
     )
     document.save(content, out / "report.json")
     for name, text in (
+        ("report.md", to_markdown(content)),
+        ("junit.xml", to_junit(content)),
         ("references.bib", citations.bibtex(references)),
         ("constraints.txt", attachments.constraints(content["libraries"])),
         ("report.html", page),

@@ -39,7 +39,7 @@ def entries():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(validate, "WALKS", 20_000)
         entry = validate.validate_scene(NAME, SCENE, seed=7)
-    return [entry, replace(entry, name="broken", broken=[NASTY])]
+    return [entry, replace(entry, name="broken", faults=[NASTY])]
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def test_report_json_is_strict(folder):
     text = (folder / "report.json").read_text(encoding="utf-8")
     document = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} in JSON"))
     assert document["seed"] == 7
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     assert [scene["name"] for scene in document["scenes"]] == [NAME, "broken"]
     first = document["scenes"][0]
     assert first["title"] == NASTY
@@ -160,8 +160,8 @@ def test_report_json_is_strict(folder):
     assert {"within", "between", "between_low", "dominant", "rays_to_halve"} <= set(errors[0])
     assert all(row["surfaces_to_halve"] == 8 for row in errors)
     assert sorted(p.name for p in folder.iterdir()) == [
-        "constraints.txt", "data", "figures", "references.bib", "report.html", "report.json",
-        "scenes",
+        "constraints.txt", "data", "figures", "junit.xml", "references.bib", "report.html",
+        "report.json", "report.md", "scenes",
     ]  # fmt: skip
 
 
@@ -217,7 +217,7 @@ def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):
     report.make_folders(tmp_path)
     report.write(entries, tmp_path, 7, **_FURTHER)
     files = [f.relative_to(folder) for f in folder.rglob("*") if f.is_file()]
-    assert len(files) == 11 * 3 + 2 * 4 + 2 + 4
+    assert len(files) == 11 * 3 + 2 * 4 + 2 + 6
     for file in files:
         assert (tmp_path / file).read_bytes() == (folder / file).read_bytes(), file
 
