@@ -40,12 +40,11 @@ def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> V
     broken = list(broken)
     rows: list[Comparison] = []
     lobes: list[Lobe] = []
-    orders = ""
+    own: dict[float, xr.Dataset] = {}
     for kd in entry.scene.material.kd:
         scene = replace(entry.scene, material=replace(entry.scene.material, kd=(kd,)))
-        predicted = model.predict_candidate(candidate, scene)
-        orders = predicted.attrs["orders"]
-        names = ("total",) if orders == "all" else ("specular", "body")
+        predicted = own[kd] = model.predict_candidate(candidate, scene)
+        names = ("total",) if predicted.attrs["orders"] == "all" else ("specular", "body")
         found = [
             verdict.widened(row, _error(predicted, row))
             for row in verdict.compare(entry.measured, predicted, scene, predicted)
@@ -58,7 +57,7 @@ def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> V
             verdict.expected_of(row, theory[_key(row)]) for row in found if _key(row) in theory
         ]
         for name in dict.fromkeys(key[0] for key in wanted):
-            three = Lobes(entry.measured, _theory(entry, name), predicted)
+            three = Lobes(entry.measured, theory_of(entry, name), predicted)
             margin = next(row.margin for row in theory.values() if row.quantity == name)
             lobes += verdict.lobes(three, scene, name, margin)
     return replace(
@@ -66,12 +65,17 @@ def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> V
         comparisons=rows,
         faults=broken + [_astray(lobe) for lobe in lobes if lobe.to_measured > lobe.allowed],
         trial=Trial(
-            candidate.name, orders, [verdict.against(row, theory[_key(row)]) for row in rows], lobes
+            candidate.name,
+            next(iter(own.values())).attrs["orders"],
+            [verdict.against(row, theory[_key(row)]) for row in rows],
+            lobes,
+            own,
         ),
     )
 
 
-def _theory(entry: Validation, name: str) -> xr.Dataset:
+def theory_of(entry: Validation, name: str) -> xr.Dataset:
+    """Prediction that a quantity of the scene is held against."""
     first = next(iter(entry.predicted.values()))
     return entry.predicted.get(WALK, first) if name == "total" else first
 

@@ -1,7 +1,7 @@
 """The main job: measure and predict each scene, compare, and keep what the report shows."""
 
 import time
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -154,7 +154,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "surface": entry.statistics,
         "fit": None if entry.fit is None else _finite(vars(entry.fit)),
         "left_out": entry.left_out,
-        "trial": None if entry.trial is None else asdict(entry.trial),
+        "trial": None if entry.trial is None else entry.trial.as_json(),
         "seconds": entry.seconds,
     }
 

@@ -10,7 +10,7 @@ import pytest
 from microsurf import model, scene_file, trial, validate
 from microsurf.model import Candidate, examine
 from microsurf.report import wording
-from microsurf.scene import Accuracy, Light
+from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
 
 ROOT = Path(__file__).parent.parent
 SCENE = scene_file.read(ROOT / "validation" / "examples" / "ggx.toml")
@@ -105,3 +105,30 @@ def test_one_array_is_judged_as_all_orders_against_the_walk(entry):
     assert judged.trial.against[0].finding.startswith("as the theory")
     # The albedo is right, its lobe is not.
     assert [text.partition(" of ")[0] for text in judged.broken] == ["candidate: lobe"]
+
+
+def test_each_kd_is_asked_on_its_own():
+    """Lambert's flat Kd/π, which needs no geometry: exact at each Kd, wrong if one is missed."""
+    scene = Scene(
+        material=Material(1.0, (0.0, 0.3, 0.9)),
+        roughness=Roughness(sigma=(0.0,)),
+        light=Light((40.0,), (0.0, 90.0)),
+        accuracy=Accuracy(2000),
+    )
+    flat = validate.validate_scene("flat", scene)
+
+    def lambert(i, _, scene):
+        return np.zeros(len(i)), np.full(len(i), scene.material.kd[0] / np.pi)
+
+    def always(i, _, scene):
+        return np.zeros(len(i)), np.full(len(i), max(scene.material.kd[0], 0.3) / np.pi)
+
+    judged = judge(flat, Candidate("own:f", lambert, takes_scene=True))
+    assert lines(judged) == []
+    assert [(c.kd, c.phi_i) for c in judged.comparisons] == [
+        (kd, phi) for kd in (0.3, 0.9) for phi in (0.0, 90.0)
+    ]
+    assert {a.finding for a in judged.trial.against} == {"as the theory"}
+    # Where there is no substrate no light may come out of it.
+    (stray,) = judge(flat, Candidate("own:f", always, takes_scene=True)).broken
+    assert stray == "candidate: a body part of albedo 0.3 at n = 1, Kd = 0, where there is none"

@@ -53,6 +53,8 @@ def validate_command(
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
     Example: microsurf validate my_scene.toml --out my_report
+
+    Your own BRDF: microsurf validate my_scene.toml --model mypackage:brdf
     """
     files = scene_files or built_in_scenes()
     scenes = {file.stem: compose(file, **given) for file in files}

@@ -16,7 +16,7 @@ import inspect
 import operator
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -194,6 +194,12 @@ def examine(candidate: Candidate, scene: Scene) -> list[str]:
     if candidate.table is not None:
         candidate.table.require(scene.light.theta, scene.light.phi)
         return []
+    one_each = (replace(scene, material=replace(scene.material, kd=(kd,))) for kd in kds)
+    return [text for one in one_each for text in _asked(candidate, one)]
+
+
+def _asked(candidate: Candidate, scene: Scene) -> list[str]:
+    """Ask both ways at some directions, twice; the scene has one Kd."""
     rng = np.random.default_rng(0)
     theta = np.arcsin(np.sqrt(rng.uniform(0, 0.99, (2, _PROBES))))
     i, o = direction(theta, rng.uniform(0, 2 * np.pi, (2, _PROBES)))

@@ -7,8 +7,9 @@ within the margin. The distance of two lobes is the sum over the bins of their a
 difference over the measured albedo; noise of the measurement is in both distances alike.
 """
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -81,12 +82,25 @@ class Lobes(NamedTuple):
 
 @dataclass(frozen=True)
 class Trial:
-    """What a candidate came to on one scene; ``orders`` is "1" or "all"."""
+    """What a candidate came to on one scene.
+
+    ``orders`` is "1" or "all"; ``predicted`` holds its lobes by Kd.
+    """
 
     name: str
     orders: str
     against: list[Against]
     lobes: list[Lobe]
+    predicted: Mapping[float, xr.Dataset]
+
+    def as_json(self) -> dict[str, Any]:
+        """Its figures, without the lobes."""
+        return {
+            "name": self.name,
+            "orders": self.orders,
+            "against": [asdict(row) for row in self.against],
+            "lobes": [asdict(row) for row in self.lobes],
+        }
 
 
 def widened(row: Comparison, relative_error: float) -> Comparison:
