@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from scipy import stats
 
 from microsurf import generate_surface
@@ -31,6 +32,8 @@ ROWS = {
     "specular": "order-1 specular",
     "mirror": "order-1 specular,\nnear the mirror direction",
 }
+LOGARITHMIC = {"specular": (0.5, 1, 2), "mirror": (0.01, 0.1, 1, 10)}
+"""Ticks of the rows that span more than a factor of two."""
 AGAINST = {"total": "smith-walk"}
 """What a quantity is divided by; order 1 by ``smith``."""
 
@@ -71,6 +74,11 @@ def atlas(rows: list[Row], gammas: tuple[float, ...], sigma: float, length: floa
             _panel(panel, rows, shown, quantity)
             if k == 0:
                 panel.set_title(rf"$\gamma$ = {gamma:g}", fontsize=10)
+        if quantity in LOGARITHMIC:
+            ticks = LOGARITHMIC[quantity]
+            panels[k, 0].set_yscale("log")
+            panels[k, 0].set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+            panels[k, 0].yaxis.set_minor_formatter(NullFormatter())
         panels[k, 0].set_ylabel(f"{name}\nover Smith", fontsize=9)
     figure.supxlabel(r"incidence $\theta_i$ (°)", fontsize=10)
     handles, labels = panels[1, 0].get_legend_handles_labels()
@@ -87,7 +95,8 @@ def _panel(panel: Axes, rows: list[Row], shown: Row, quantity: str) -> None:
         theta, ratio, band = ratios(rows, shown, source, quantity)
         panel.plot(theta, ratio, color=colour, marker=marker, markersize=3.5, linewidth=1.1,
                    label=label)  # fmt: skip
-        panel.fill_between(theta, ratio - band, ratio + band, color=colour, alpha=0.2, linewidth=0)
+        low = np.maximum(ratio - band, 4e-3)  # an axis in logarithms has no zero
+        panel.fill_between(theta, low, ratio + band, color=colour, alpha=0.2, linewidth=0)
     panel.set_xlim(0, 90)
     panel.set_xticks([0, 30, 60, 90])
     panel.tick_params(labelsize=8)
