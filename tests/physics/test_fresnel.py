@@ -82,6 +82,15 @@ def test_conductors_are_exact_to_rounding(n, k):
         assert off <= allowed * float(min(1, exact + abs(1 - exact))), mu
 
 
+def test_a_conductor_of_small_index_keeps_its_digits_at_normal_incidence():
+    """g has 10 digits there, in r_s and r_p one by one, but F is even in the angle."""
+    for n, k in ((1e-3, 1e-6), (1e-3, 1e-9), (0.01, 1e-4)):
+        for mu in (1.0, 1 - 1e-10):
+            exact = metal_textbook(mu, n, k)
+            # Both 1 − F and what is left of it have a few roundings, F is above 1/2.
+            assert float(abs(fresnel.reflectance(mu, n, k) / exact - 1)) <= 16 * EPS
+
+
 def test_a_conductor_of_no_extinction_is_the_dielectric():
     mu = np.linspace(0.01, 1, 50)
     for n in (1.33, 1.5, 4.0):

@@ -361,3 +361,30 @@ def test_area_beyond_refuses_infinite_areas_and_negative_slopes():
         std.area_beyond(1, 1.5, 0.5)
     with pytest.raises(ValueError, match=r"slope = -1"):
         std.area_beyond(-1, 2.0, 0.5)
+
+
+@pytest.mark.parametrize("gamma", [1.501, 2.0, 8.0, 1e9, np.inf])
+def test_mean_area_by_quadrature_over_probability(gamma):
+    """∫ √(1+r²) e^(−s) ds with F = 1 − e^(−s): 25 digits."""
+    for sigma in (1e-6, 0.5, 10.0):
+        a = mp.mpf(gamma) - 1
+
+        def integrand(s, sigma=sigma, a=a):
+            rho2 = s if np.isinf(gamma) else a * mp.expm1(s / a)
+            return mp.sqrt(1 + mp.mpf(sigma) ** 2 * rho2) * mp.exp(-s)
+
+        with mp.workdps(25):
+            end = 60 if np.isinf(gamma) else 60 / (1 - 0.5 / a)
+            # Dense at 0, where the root is steep for large σ.
+            exact = mp.quad(integrand, [end * (k / mp.mpf(30)) ** 4 for k in range(31)])
+        assert abs(std.mean_area(gamma, sigma) / exact - 1) <= 1e-13
+    with pytest.raises(ValueError, match=r"gamma = 1\.5: the area"):
+        std.mean_area(1.5, 0.5)
+
+
+def test_density_is_no_smaller_than_it_must_be():
+    """e^(−740) is no normal double, over πσ² = 3e−12 it is."""
+    rho2 = mp.mpf(740)
+    exact = mp.exp(-rho2) / (mp.pi * mp.mpf(1e-6) ** 2)
+    p = float(mp.sqrt(rho2)) * 1e-6
+    assert float(std.slope_density(p, 0.0, np.inf, 1e-6)) == pytest.approx(float(exact), rel=1e-12)
