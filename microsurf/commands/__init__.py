@@ -7,6 +7,7 @@ from .convergence import convergence_command
 from .measure import measure_command
 from .plot import plot_command
 from .predict import predict_command
+from .stability import stability_command
 from .surface import make_surface
 from .validate import validate_command
 
@@ -26,6 +27,7 @@ for _command in (
     predict_command,
     validate_command,
     convergence_command,
+    stability_command,
     plot_command,
 ):
     cli.add_command(_command)

@@ -16,7 +16,7 @@ from ..files import whole_file
 from ..report import make_folder
 from ..report.convergence_plot import draw
 from ..scene import Scene
-from .options import PATH, as_json, check_from_file, seed, workers
+from .options import PATH, as_json, beyond, check_from_file, check_tail, seed, workers
 from .output import show, write
 
 STUDIES = ("mesh", "tile", "realisations", "rays")
@@ -37,17 +37,25 @@ _COLUMNS = (
     show_default=True,
     help="quick: minutes, meshes up to 1024 cells a side; full: more of all, up to 2048.",
 )
+@beyond
 @seed
 @workers
 @as_json
 def convergence_command(
-    scene: Path, out: Path | None, effort: str, seed: int, workers: int | None, as_json: bool
+    scene: Path,
+    out: Path | None,
+    effort: str,
+    beyond: bool,
+    seed: int,
+    workers: int | None,
+    as_json: bool,
 ) -> None:
     """Refine the mesh, enlarge the tile, add realisations and rays, and show what each leaves.
 
     Example: microsurf convergence my_scene.toml --effort quick
     """
     asked = scene_file.read(scene)
+    check_tail(asked, beyond)
     _check(asked, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out
     make_folder(out)

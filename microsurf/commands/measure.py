@@ -19,8 +19,10 @@ from .options import (
     PATH,
     accuracy,
     as_json,
+    beyond,
     check_described,
     check_from_file,
+    check_tail,
     compose,
     dry_run,
     generated,
@@ -46,6 +48,7 @@ from .output import check_ending, show
 @light
 @accuracy
 @click.option("--realisations", type=int, help="Surfaces of the same kind. Default 4.")
+@beyond
 @seed
 @workers
 @click.option("--scheduler", metavar="tcp://HOST:PORT", help="Work on a dask cluster instead.")
@@ -55,7 +58,7 @@ from .output import check_ending, show
 @as_json
 def measure_command(
     scene_file: Path | None, seed: int, workers: int | None, scheduler: str | None,
-    out: Path | None, resume: bool, dry_run: bool, as_json: bool, **given: Any,
+    out: Path | None, resume: bool, beyond: bool, dry_run: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Ray-trace a surface and print its albedos with their standard errors.
 
@@ -73,6 +76,7 @@ def measure_command(
         check_described(scene_file, given)
     asked = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
     check_from_file(asked, given)
+    stated = check_tail(asked, beyond)
     memory.require_lobes(asked.surface.realisations, asked.light.angles)
     parts = None
     if out is not None:
@@ -109,6 +113,7 @@ def measure_command(
         "seconds": measured.attrs["seconds"],
         "paths_per_second": paths / measured.attrs["seconds"],
         "embree_ratio": measured.attrs["embree_ratio"],
+        **stated,
     }
     errors = precision.as_json(measured, asked)
     values["errors"] = errors if as_json else _for_people(errors)

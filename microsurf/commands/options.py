@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from .. import beyond as border
 from .. import plan, scene_file
 from ..errors import InputError
 from ..files import check_readable
@@ -51,6 +52,11 @@ as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON o
 seed = click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
 workers = click.option(
     "--workers", type=click.IntRange(1, _MAX_WORKERS), help="Threads; default all cores."
+)
+beyond = click.option(
+    "--beyond",
+    is_flag=True,
+    help=f"Go on below γ = {border.LEAST_GAMMA:g}, where no mesh holds the steepest slopes.",
 )
 light = together(
     _many("--theta", "Incidence θ in degrees, e.g. 0,30,60."),
@@ -114,6 +120,20 @@ def check_from_file(asked: Scene, given: dict[str, Any]) -> None:
         raise InputError(
             f"--realisations = {given['realisations']}: {file} is one surface; leave it out"
         )
+
+
+def check_tail(asked: Scene, beyond: bool) -> dict[str, str]:
+    """Refuse what no mesh can hold, or say on stderr what it leaves out; also for --json."""
+    left_out = border.tail_left_out(asked)
+    if left_out is None:
+        return {}
+    if not beyond:
+        raise InputError(
+            f"{left_out}; must be ≥ {border.LEAST_GAMMA:g}. Add --beyond to go on with that error; "
+            "`microsurf predict` needs no mesh"
+        )
+    click.echo(f"microsurf: {left_out}: gone on with, as asked by --beyond", err=True)
+    return {"beyond": left_out}
 
 
 def compose(file: Path | None, **given: Any) -> Scene:

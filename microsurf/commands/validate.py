@@ -11,7 +11,7 @@ from .. import baseline, expectation, memory, model, report, trial
 from ..errors import InputError
 from ..invariants import global_invariants
 from ..validate import Validation, validate_scene
-from .options import PATH, as_json, compose, seed, workers
+from .options import PATH, as_json, beyond, check_tail, compose, seed, workers
 from .output import show, write
 
 
@@ -43,12 +43,13 @@ def built_in_scenes() -> list[Path]:
     metavar="REPORT.json",
     help="Tell what moved beyond its error since this report; it does not change the exit code.",
 )
+@beyond
 @seed
 @workers
 @as_json
 def validate_command(
     scene_files: tuple[Path, ...], out: Path, candidate: str | None, old: Path | None,
-    seed: int, workers: int | None, as_json: bool, **given: Any,
+    beyond: bool, seed: int, workers: int | None, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
@@ -66,6 +67,7 @@ def validate_command(
         scenes = {name: asked for name, asked in scenes.items() if model.has_values(asked)}
     broken = {} if own is None else {k: model.examine(own, asked) for k, asked in scenes.items()}
     for asked in scenes.values():
+        check_tail(asked, beyond)
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
     report.make_folders(out)

@@ -1,0 +1,86 @@
+"""What the map knows of a law: where to ask, what it answers, and what is true."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import SupportsFloat
+
+from . import digits
+from .reference import Real, real
+
+ENOUGH = 12.0
+"""Digits that must be right beyond what the conditioning costs."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of `physics`, or the deterministic part of a sampler.
+
+    Attributes
+    ----------
+    name, group : str
+        As figures call it, and the figure it is in.
+    axes : tuple of str
+        Coordinates of `box`: that along x, that along y, and others over which the map
+        shows the worst.
+    inputs : tuple of str
+        Names of the doubles the law is given.
+    place : callable
+        Coordinates → these doubles.
+    value : callable
+        The law on these doubles.
+    exact : callable
+        The same of numbers of `reference.EXACT`.
+    note : str
+        Where fewer digits than ENOUGH are right, and why; empty if nowhere.
+
+    """
+
+    name: str
+    group: str
+    axes: tuple[str, ...]
+    inputs: tuple[str, ...]
+    place: Callable[..., tuple[float, ...]]
+    value: Callable[..., SupportsFloat]
+    exact: Callable[..., Real]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One place of the map.
+
+    ``right``: digits right; ``attainable``: what the conditioning leaves; ``kept``: digits
+    right if that is forgiven. ``exact`` is rounded to a double.
+    """
+
+    law: str
+    group: str
+    coordinates: dict[str, float]
+    value: float
+    exact: float
+    condition: float
+    right: float
+    attainable: float
+    kept: float
+
+
+def points(law: Law, values: dict[str, tuple[float, ...]]) -> Iterator[Point]:
+    """Ask a law at all places of a grid, see `box`."""
+    for place in product(*(values[axis] for axis in law.axes)):
+        inputs = law.place(*place)
+        value = float(law.value(*inputs))
+        exact = law.exact(*(real(x) for x in inputs))
+        condition = digits.condition(law.exact, inputs, law.inputs)
+        error = digits.relative_error(value, exact)
+        yield Point(
+            law.name,
+            law.group,
+            dict(zip(law.axes, place, strict=True)),
+            value,
+            float(exact),
+            condition,
+            digits.of_error(error),
+            digits.attainable(condition),
+            digits.kept(error, condition),
+        )
