@@ -1,5 +1,6 @@
 """The stability map as heat maps: digits right beside the digits that the conditioning leaves."""
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ def figure(found: Stability, group: str) -> Figure:
         left, right = axes[line, 2 * pair : 2 * pair + 2]
         for panel, what, names in ((left, "right", y), (right, "attainable", None)):
             _heat_map(panel, cells, what, x, names, norm)
-        left.set_title(f"{title}: right", fontsize=9)
+        left.set_title(fill(f"{title}: right", 28), fontsize=9)
         right.set_title("attainable", fontsize=9)
     for panel in axes.ravel()[2 * len(panels) :]:
         panel.set_visible(False)

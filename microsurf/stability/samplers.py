@@ -137,7 +137,7 @@ SAMPLERS = (
         lambda s, gamma, sigma: (gamma, sigma, *_direction(60.0), s, 0.5),
         lambda gamma, sigma, *given: _cosine(_ALMOST_ONE, gamma, sigma, given),
         _from_above,
-        note="cosines below 1e-308, of slopes above 1e308 (γ within 0.06 of 3/2), are 0",
+        note="cosines below 1e-308, of slopes above 1e308 (γ within 0.03 of 3/2), are 0",
     ),
     Law(
         "visible normals at given numbers, from below", "samplers", ("s", "gamma", "below", "wide"),

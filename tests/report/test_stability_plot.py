@@ -1,6 +1,6 @@
 import math
 
-from microsurf.report import stability_plot, stability_text
+from microsurf.report import stability_plot, stability_section, stability_text
 from microsurf.stability import Stability
 from microsurf.stability.borders import Border
 from microsurf.stability.law import Point
@@ -45,6 +45,17 @@ def test_figure_has_a_pair_of_panels_for_each_law_and_marks_what_is_short():
     assert not panels[2].lines
     assert panels[2].images[0].get_array().tolist() == [[13.0], [12.5]]
     assert figure.get_suptitle().count("×") == 1
+
+
+def test_section_holds_all_that_was_found():
+    made = stability_section.section(found())
+    assert [table.caption.split(",")[0] for table in made.tables] == [
+        "Laws and samplers", "Borders of meshes and traces",
+    ]  # fmt: skip
+    assert [picture.name for picture in made.pictures] == ["stability-facet"]
+    assert "1 of\n7 values" in made.text
+    assert made.tables[0].rows[0]["law"] == "F"
+    assert made.tables[1].rows[0]["verdict"] == "border"
 
 
 def test_tables():

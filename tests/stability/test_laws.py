@@ -50,8 +50,9 @@ def test_twelve_digits_beyond_conditioning(law):
 @pytest.mark.long
 @pytest.mark.parametrize("law", [*LAWS, *SAMPLERS], ids=lambda law: law.name)
 def test_twelve_digits_beyond_conditioning_on_the_fine_map(law):
+    """Or a note says where not, and why."""
     summary = found(law, box.FULL)
-    assert summary.worst.kept >= ENOUGH, summary.worst
+    assert summary.verdict != "short", summary.worst
 
 
 def test_lambda_keeps_relative_digits_where_it_is_tiny():

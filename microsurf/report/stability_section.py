@@ -1,0 +1,80 @@
+"""The stability map as a section of a page."""
+
+from ..stability import Stability
+from ..stability.box import BOX
+from ..stability.law import ENOUGH
+from . import stability_plot
+from .picture import Picture
+from .section import Section, Table
+from .stability_text import place
+
+_TEXT = """Digits right against 50-digit arithmetic in the box {box}, beside what the condition
+number of the problem leaves of inputs rounded to doubles. Kept are the digits right if that
+cost is forgiven: at least {enough:g} are wanted. NaN, infinite or negative were {wrong} of
+{asked} values at random places and at the corners of the box.
+
+Again: microsurf stability --quick --out FOLDER"""
+_CAPTION = (
+    "Decimal digits right, and attainable by inputs rounded to doubles, the fewest in each cell "
+    "over the law's other coordinates: {what}. Inputs are taken as the doubles they are, so more "
+    "may be right than rounded inputs leave."
+)
+
+
+def section(found: Stability) -> Section:
+    """Return its tables and pictures."""
+    laws = Table(
+        "Laws and samplers, each at the place where fewest digits are kept",
+        [
+            {
+                "law": row.law,
+                "places": row.places,
+                "kept": row.worst.kept,
+                "right": row.worst.right,
+                "attainable": row.worst.attainable,
+                "at": place(row.worst),
+                "fewest right anywhere": row.least,
+                "verdict": row.verdict,
+                "note": row.note,
+            }
+            for row in found.summaries
+        ],
+        digits=3,
+    )
+    borders = Table(
+        "Borders of meshes and traces, with what was found and the limit",
+        [
+            {
+                "border": row.border,
+                "checked": row.checked,
+                "value": row.value,
+                "limit": row.limit,
+                "verdict": row.verdict,
+                "reason": row.reason,
+            }
+            for row in found.borders
+        ],
+        digits=2,
+    )
+    rows = stability_plot.rows(found)
+    groups = dict.fromkeys(point.group for point in found.points)
+    return Section(
+        "stability",
+        "How many digits are right, and where meshes and traces end",
+        _TEXT.format(
+            box=BOX,
+            enough=ENOUGH,
+            wrong=sum(row.nan + row.infinite + row.negative for row in found.counts),
+            asked=sum(row.values for row in found.counts),
+        ),
+        (laws, borders),
+        tuple(
+            Picture(
+                f"stability-{group}",
+                stability_plot.figure(found, group),
+                _CAPTION.format(what=stability_plot.GROUPS[group]),
+                [row for row in rows if row["group"] == group],
+            )
+            for group in groups
+        ),
+    )
