@@ -7,8 +7,8 @@ from microsurf.stability import reference
 from microsurf.stability.reference import EXACT, real
 
 
-@pytest.mark.parametrize("gamma", [1.501, 2.0, 8.0, 40.0, 1e9, np.inf])
-@pytest.mark.parametrize("x", [0.01, 1.0, 12.0])
+@pytest.mark.parametrize("gamma", [1.501, 8.0, 1e9, np.inf])
+@pytest.mark.parametrize("x", [0.01, 12.0])
 def test_lambda_is_its_definition(gamma, x):
     """(1/x) ∫_x^∞ (p − x) t_ν(p) dp, in p = x + e^y; 25 digits, 20 hold."""
     nu, x = real(2 * gamma - 2), real(x)
@@ -30,7 +30,7 @@ def test_lambda_is_its_definition(gamma, x):
     assert abs(found * unit / x / exact - 1) < 1e-18
 
 
-@pytest.mark.parametrize("gamma", [1.6, 8.0, 1e6, np.inf])
+@pytest.mark.parametrize("gamma", [1.6, 1e6, np.inf])
 @pytest.mark.parametrize(("sigma", "rho"), [(0.02, 2.0), (10.0, 3.0)])
 def test_area_beyond_is_its_integral(gamma, sigma, rho):
     """∫ √(1+σ²ρ²) over the probability 1 − F = e^(−s), from the slope on."""
