@@ -16,7 +16,7 @@ from .output import show, write
 
 
 @click.command("stability")
-@click.option("--quick", is_flag=True, help="A coarse map: a minute on one core, not ten.")
+@click.option("--quick", is_flag=True, help="A coarse map: half a minute on one core, not several.")
 @click.option(
     "--out", type=PATH, default=Path("reports/stability"), show_default=True, help="Folder."
 )
