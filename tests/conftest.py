@@ -1,12 +1,44 @@
 """What all tests share."""
 
+import os
+import sys
+from pathlib import Path
+
 import mpmath
 import pytest
 from hypothesis import settings
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from judge import KEY, Ledger, fresh, judge, verdict
+
+__all__ = ["judge"]  # a fixture
+
 # The machine is busy: how long one example takes says nothing about the law.
 settings.register_profile("microsurf", deadline=None)
 settings.load_profile("microsurf")
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--fresh-seed", nargs="?", const="1", default=os.environ.get("MICROSURF_FRESH_SEED", ""),
+        help="new seeds for tests with a false-alarm rate, or those of a number again",
+    )  # fmt: skip
+
+
+def pytest_configure(config):
+    config.stash[KEY] = Ledger(fresh(config.getoption("--fresh-seed")))
+
+
+def pytest_sessionfinish(session, exitstatus):
+    _, kept = verdict(session.config.stash[KEY])
+    if not kept and exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if config.stash[KEY].spent:
+        terminalreporter.write_line(verdict(config.stash[KEY])[0])
 
 
 @pytest.fixture(autouse=True)

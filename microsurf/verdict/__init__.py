@@ -2,15 +2,18 @@
 
 from .candidate import Lobe, Lobes, Trial, against, expected_of, lobes, widened
 from .compare import Comparison, compare
+from .family import Family, family
 
 __all__ = [
     "Comparison",
+    "Family",
     "Lobe",
     "Lobes",
     "Trial",
     "against",
     "compare",
     "expected_of",
+    "family",
     "lobes",
     "widened",
 ]

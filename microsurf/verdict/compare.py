@@ -25,7 +25,7 @@ class Comparison:
 
     ``effect`` is measured/predicted − 1, ``low`` and ``high`` its confidence interval
     over the realisations (over the rays where there is one surface only, ``basis``),
-    with the error of a ``model`` that is sampled.
+    with the error of a ``model`` that is sampled. ``surfaces`` is their number.
     """
 
     quantity: str
@@ -45,6 +45,7 @@ class Comparison:
     verdict: str
     expected: str
     why: str
+    surfaces: int
 
     @property
     def unexpected(self) -> bool:
@@ -113,17 +114,10 @@ def _comparison(
 ) -> Comparison:
     """Decide on one quantity at one angle from its value on each realisation."""
     count = len(values)
-    if count > 1:
-        error = float(values.std(ddof=1) / np.sqrt(count))
-        factor = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1))
-    else:
-        error = float(noise[0])
-        factor = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
+    error = float(values.std(ddof=1) / np.sqrt(count) if count > 1 else noise[0])
     mean = float(values.mean())
     effect = mean / prediction - 1
-    # The prediction's own error is carried into the ratio, to first order.
-    of_model = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * sampling * (1 + effect)
-    half = float(np.hypot(factor * error, of_model)) / prediction
+    half = half_width(error, count, effect, prediction, sampling, CONFIDENCE)
     low, high = effect - half, effect + half
     expected = expectation.verdict[angle % len(expectation.verdict)]
     return Comparison(
@@ -144,7 +138,25 @@ def _comparison(
         verdict=decide(low, high, expectation.margin),
         expected=expected,
         why=expectation.why,
+        surfaces=count,
     )
+
+
+def half_width(
+    error: float,
+    surfaces: int,
+    effect: float,
+    prediction: float,
+    sampling: float,
+    confidence: float,
+) -> float:
+    """Half of an effect's interval: Student's t over surfaces, normal of one surface's rays.
+
+    The prediction's own error (``sampling``) is carried into the ratio, to first order.
+    """
+    normal = float(stats.norm.ppf((1 + confidence) / 2))
+    factor = float(stats.t.ppf((1 + confidence) / 2, surfaces - 1)) if surfaces > 1 else normal
+    return float(np.hypot(factor * error, normal * sampling * (1 + effect))) / prediction
 
 
 def decide(low: float, high: float, margin: float) -> str:
