@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from microsurf.physics import facet, fresnel
+from microsurf.verdict import significance
 
 EPS = np.finfo(float).eps
 INDICES = (1.0, 1.33, 1.5, 2.4)
 ALBEDOS = (0.5, 0.8, 1.0)
-FALSE_ALARM = 1e-6  # of each statistical assertion that does not say otherwise
 
 
 def textbook_transmittance(mu, n):
@@ -77,25 +77,24 @@ def uniform_cosines():
 
 
 def furnace_errors(law, cos_i, n, kd, cosines):
-    """Return how many standard errors F + mean of f·cos/pdf is off the closed albedo, per Kd."""
+    """p-values of F + mean of f·cos/pdf against the closed albedo, per Kd."""
     kd = np.asarray(kd)
     # pdf = 1/(2π); body depends on o by its cosine only.
     values = law(cos_i, cosines, n, kd[:, None]) * cosines * 2 * np.pi
     error = values.std(axis=1) / np.sqrt(len(cosines))
     measured = values.mean(axis=1) + fresnel.reflectance(cos_i, n)
-    return abs(measured - facet.albedo(cos_i, n, kd)) / error
+    return significance.z_test(measured, facet.albedo(cos_i, n, kd), error)
 
 
 @pytest.mark.parametrize("n", INDICES)
-def test_energy_by_evaluation(n, uniform_cosines):
-    """Four standard errors: a false alarm in 6e−5 of the cases, of which there are 12."""
-    assert np.all(furnace_errors(facet.body, 0.7, n, ALBEDOS, uniform_cosines) < 4)
+def test_energy_by_evaluation(n, uniform_cosines, judge):
+    judge.keeps(furnace_errors(facet.body, 0.7, n, ALBEDOS, uniform_cosines))
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.4])
-def test_energy_made_by_a_fitted_internal_reflectance_is_noticed(n, uniform_cosines):
+def test_energy_made_by_a_fitted_internal_reflectance_is_noticed(n, uniform_cosines, judge):
     """The fit makes 0.1 % of energy at n = 1.5 and Kd = 1."""
-    assert furnace_errors(fitted_body, 0.7, n, [1.0], uniform_cosines) > 4
+    judge.catches(furnace_errors(fitted_body, 0.7, n, [1.0], uniform_cosines))
 
 
 @pytest.mark.parametrize("n", [1.0, 1 + 1e-12, 1.5, 100.0])
@@ -153,7 +152,7 @@ NORMAL = np.array([0.48, -0.6, 0.64])
 ACROSS = np.array([0.8, 0.0, -0.6])
 
 
-def sampled(n, size, seed=5):
+def sampled(n, size, seed):
     """Return cosines and azimuths about a tilted normal, of what `facet.sample` draws as body."""
     i = 0.5 * NORMAL + np.sqrt(0.75) * ACROSS
     o, is_body = facet.sample(i, np.broadcast_to(NORMAL, (size, 3)), n, np.random.default_rng(seed))
@@ -171,39 +170,39 @@ def chi_square(cosines, azimuths, density):
     share = np.sum(density(edges[:-1, None] + half * (1 + x)) * half * w, axis=1)
     expected = np.repeat(share[:, None] / share.sum() / 8, 8, axis=1) * len(cosines)
     assert expected.min() > 10
-    return stats.chisquare(counts.ravel(), expected.ravel()).pvalue
+    return significance.chi_square(counts, expected, total_fixed=True)
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.4, 4.0, 20.0])
-def test_body_directions_follow_transmittance_times_cosine(n):
-    i, o, is_body, cosines, azimuths = sampled(n, 1_000_000)
+def test_body_directions_follow_transmittance_times_cosine(n, judge):
+    i, o, is_body, cosines, azimuths = sampled(n, 1_000_000, judge.seed(5))
     assert np.all(cosines >= 0)
     np.testing.assert_allclose(np.linalg.norm(o, axis=-1), 1, rtol=8 * EPS)
     np.testing.assert_allclose(
         o[~is_body], np.broadcast_to(facet.mirror(i, NORMAL), o[~is_body].shape), atol=4 * EPS
     )
     p = chi_square(cosines, azimuths, lambda mu: fresnel.transmittance(mu, n) * mu)
-    assert p > FALSE_ALARM
+    judge.keeps(p)
     share = min(1.0, float(fresnel.transmittance(i @ NORMAL, n)))  # 1 passes it by rounding
-    assert stats.binomtest(int(is_body.sum()), len(is_body), share).pvalue > FALSE_ALARM
+    judge.keeps(stats.binomtest(int(is_body.sum()), len(is_body), share).pvalue)
 
 
-def test_other_densities_are_noticed():
-    _, _, _, cosines, azimuths = sampled(1.5, 400_000)
-    assert chi_square(cosines, azimuths, lambda mu: mu) < FALSE_ALARM
+def test_other_densities_are_noticed(judge):
+    _, _, _, cosines, azimuths = sampled(1.5, 400_000, judge.seed(5))
+    judge.catches(chi_square(cosines, azimuths, lambda mu: mu))
     other = np.where(azimuths > 3, -azimuths, azimuths)  # 5 % of them mirrored
     weighted = chi_square(cosines, other, lambda mu: fresnel.transmittance(mu, 1.5) * mu)
-    assert weighted < FALSE_ALARM
+    judge.catches(weighted)
 
 
-def test_rejection_against_normal_incidence_would_be_noticed():
+def test_rejection_against_normal_incidence_would_be_noticed(judge):
     """For n > 2 + √3, T passes T(1): drawing against T(1) would cut its top off."""
-    _, _, _, cosines, azimuths = sampled(20.0, 400_000)
+    _, _, _, cosines, azimuths = sampled(20.0, 400_000, judge.seed(5))
 
     def cut(mu):
         return np.minimum(fresnel.transmittance(mu, 20.0), fresnel.transmittance(1.0, 20.0)) * mu
 
-    assert chi_square(cosines, azimuths, cut) < FALSE_ALARM
+    judge.catches(chi_square(cosines, azimuths, cut))
 
 
 def test_samples_repeat():

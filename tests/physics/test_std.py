@@ -216,10 +216,7 @@ def test_quantile_inverts_cdf(u, gamma, sigma):
     assert std.slope_cdf(r, gamma, sigma) == pytest.approx(u, rel=16 * EPS * (2 + stretch))
 
 
-FALSE_ALARM = 1e-6  # of each statistical assertion; 14 of them here
-
-
-def smallest_p_value(p, q, gamma, sigma_x, sigma_y):
+def p_values(p, q, gamma, sigma_x, sigma_y):
     """Kolmogorov–Smirnov of ρ² ~ F(2, ν), of both marginals t_ν and of the azimuth."""
     a, b = p / sigma_x, q / sigma_y
     nu = 2 * gamma - 2
@@ -227,25 +224,25 @@ def smallest_p_value(p, q, gamma, sigma_x, sigma_y):
         radial, marginal = stats.expon(), stats.norm(scale=np.sqrt(0.5))
     else:
         radial, marginal = stats.f(2, nu), stats.t(nu, scale=np.sqrt(0.5))
-    return min(
+    return [
         stats.kstest(a**2 + b**2, radial.cdf).pvalue,
         stats.kstest(a, marginal.cdf).pvalue,
         stats.kstest(b, marginal.cdf).pvalue,
         stats.kstest(np.arctan2(b, a), stats.uniform(-np.pi, 2 * np.pi).cdf).pvalue,
-    )
+    ]
 
 
 @pytest.mark.parametrize("gamma", [1.51, 2.0, 8.0, np.inf])
-def test_samples_follow_the_law(gamma):
-    p, q = std.sample_slopes(np.random.default_rng(7), 100_000, gamma, 0.3, 0.9)
-    assert smallest_p_value(p, q, gamma, 0.3, 0.9) > FALSE_ALARM / 4
+def test_samples_follow_the_law(gamma, judge):
+    p, q = std.sample_slopes(np.random.default_rng(judge.seed(7)), 100_000, gamma, 0.3, 0.9)
+    judge.keeps(p_values(p, q, gamma, 0.3, 0.9))
 
 
-def test_samples_of_another_gamma_or_sigma_are_noticed():
-    p, q = std.sample_slopes(np.random.default_rng(7), 100_000, 2.0, 0.3, 0.9)
-    assert smallest_p_value(p, q, 2.4, 0.3, 0.9) < FALSE_ALARM / 4
-    assert smallest_p_value(p, q, 2.0, 0.31, 0.9) < FALSE_ALARM / 4
-    assert smallest_p_value(q, p, 2.0, 0.3, 0.9) < FALSE_ALARM / 4
+def test_samples_of_another_gamma_or_sigma_are_noticed(judge):
+    p, q = std.sample_slopes(np.random.default_rng(judge.seed(7)), 100_000, 2.0, 0.3, 0.9)
+    judge.catches(p_values(p, q, 2.4, 0.3, 0.9))
+    judge.catches(p_values(p, q, 2.0, 0.31, 0.9))
+    judge.catches(p_values(q, p, 2.0, 0.3, 0.9))
 
 
 def test_samples_have_the_shape_asked_for_and_repeat():

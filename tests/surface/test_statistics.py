@@ -39,16 +39,16 @@ def test_anisotropic_area_averages_over_azimuth():
     assert mean_area(2.0, 0.5, 0.1) == pytest.approx(expected, rel=1e-8)
 
 
-def test_area_beyond_against_sampled_facets():
-    """4e5 draws; the ratio's own standard error, 5 of them: false alarm 6e-7."""
-    p, q = std.sample_slopes(np.random.default_rng(12), 400_000, 4.0, 0.5, 0.2)
+def test_area_beyond_against_sampled_facets(judge):
+    """4e5 draws; the ratio's own standard error."""
+    p, q = std.sample_slopes(np.random.default_rng(judge.seed(12)), 400_000, 4.0, 0.5, 0.2)
     area = np.sqrt(1 + p**2 + q**2)
     beyond = np.hypot(p / 0.5, q / 0.2) > 1.5
     share = float(np.sum(area * beyond) / np.sum(area))
     se = np.std(area * (beyond - share)) / area.mean() / np.sqrt(area.size)
-    assert abs(_area_beyond(1.5, 4.0, 0.5, 0.2) - share) < 5 * se
+    judge.near(_area_beyond(1.5, 4.0, 0.5, 0.2), share, se)
     # Negative control: the other axis' roughness alone is off by more.
-    assert abs(std.area_beyond(1.5 * 0.5, 4.0, 0.5) - share) > 5 * se
+    judge.tells(std.area_beyond(1.5 * 0.5, 4.0, 0.5), share, se)
 
 
 def test_ks_distance_by_hand():

@@ -41,18 +41,18 @@ def test_same_seed_same_bits_whatever_the_workers():
     assert not np.array_equal(one.flux.values, other.flux.values)
 
 
-def test_one_trace_answers_every_kd():
-    """Against runs of their own on the same surface, 4 standard errors of the difference."""
+def test_one_trace_answers_every_kd(judge):
+    """Against runs of their own on the same surface."""
     colours = (0.2, 0.5, 0.8)
     made = [generate_surface(2.0, 0.5, cells=64, seed=3)]
     at_once = measure(scene(kd=colours, paths=400_000), made)
     for seed, kd in enumerate(colours):
-        alone = measure(scene(kd=(kd,), paths=400_000), made, seed=seed + 1)
+        alone = measure(scene(kd=(kd,), paths=400_000), made, seed=judge.seed(seed + 1))
         (a, error_a), (b, error_b) = total(at_once, kd=kd), total(alone, kd=kd)
-        assert abs(a - b) <= 4 * np.hypot(error_a, error_b)
+        judge.near(a, b, np.hypot(error_a, error_b))
 
 
-def test_thinning_long_paths_is_unbiased():
+def test_thinning_long_paths_is_unbiased(judge):
     """A pit where light bounces hundreds of times; Kd = 1 is never thinned out."""
     heights = np.zeros((4, 4))
     heights[0, 0] = 60.0
@@ -63,7 +63,7 @@ def test_thinning_long_paths_is_unbiased():
     assert thinned.path_weight.max() > 1.5
     assert (white.path_weight == 1).all()
     (a, error_a), (b, error_b) = total(thinned, 1.0, 0.97), total(white, 1.0, 0.97)
-    assert abs(a - b) <= 4 * np.hypot(error_a, error_b)
+    judge.near(a, b, np.hypot(error_a, error_b))
     long_paths = white.flux.sel(body_events=slice(17, None)).sum()
     assert long_paths > 0.01  # the comparison is about something
 
