@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from . import budget as budgets
 from . import invariants, left_out, model, summary, verdict
+from .refinement import refine
 from .scene import BECKMANN, Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
 from .trace import measure
@@ -45,6 +47,8 @@ class Validation:
         STD fitted to a surface that was not generated.
     left_out : list of dict
         What the effects that the scene leaves out cost, see `left_out.cost`.
+    budget : list of Budget
+        Where each difference comes from, see `budget.budget_of`; empty for a flat scene.
     seconds : float
         All of it.
     trial : Trial or None
@@ -65,6 +69,7 @@ class Validation:
     statistics: dict[str, Any] = field(default_factory=dict)
     fit: StdFit | None = None
     left_out: list[dict[str, Any]] = field(default_factory=list)
+    budget: list[budgets.Budget] = field(default_factory=list)
     seconds: float = 0.0
     trial: verdict.Trial | None = None
     faults: list[str] = field(default_factory=list)
@@ -76,12 +81,19 @@ class Validation:
 
 
 def validate_scene(
-    name: str, scene: Scene, *, seed: int = 0, workers: int | None = None, progress: bool = False
+    name: str,
+    scene: Scene,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    progress: bool = False,
+    refined: bool = False,
 ) -> Validation:
     """Measure, predict and compare one scene.
 
     A surface that comes from a file is compared with the STD fitted to its facet
-    slopes by maximum likelihood.
+    slopes by maximum likelihood. ``refined``: what mesh and tile leave is measured too,
+    on a dozen more surfaces.
     """
     begin = time.perf_counter()
     surfaces = list(surfaces_of(scene, seed)) if scene.requires.roughness else None
@@ -95,6 +107,19 @@ def validate_scene(
     if scene.requires.roughness and scene.requires.multiple_scattering:
         predicted[WALK] = model.walk(
             theory, WALK, walks=WALKS, seed=seed, workers=workers, progress=progress
+        )
+    terms = []
+    if surfaces:
+        terms = budgets.budget_of(
+            theory,
+            measured,
+            (first, predicted.get(WALK)),
+            surfaces,
+            refinement=refine(scene, measured, seed=seed, workers=workers, progress=progress)
+            if refined
+            else None,
+            walks=min(budgets.WALKS, scene.accuracy.paths * len(surfaces)),
+            seed=seed,
         )
     roughness = theory.roughness
     return Validation(
@@ -116,6 +141,7 @@ def validate_scene(
         left_out=left_out.cost(
             scene, measured, surfaces, seed=seed, workers=workers, progress=progress
         ),
+        budget=terms,
         seconds=time.perf_counter() - begin,
     )
 
@@ -154,6 +180,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "surface": entry.statistics,
         "fit": None if entry.fit is None else _finite(vars(entry.fit)),
         "left_out": entry.left_out,
+        "budget": budgets.rows(entry.budget),
         "trial": None if entry.trial is None else entry.trial.as_json(),
         "seconds": entry.seconds,
     }

@@ -10,6 +10,8 @@ import click
 from .. import baseline, expectation, memory, model, report, trial
 from ..errors import InputError
 from ..invariants import global_invariants
+from ..report import sections, stability_section
+from ..stability import survey
 from ..validate import Validation, validate_scene
 from .options import PATH, as_json, beyond, check_tail, compose, seed, workers
 from .output import show, write
@@ -43,13 +45,20 @@ def built_in_scenes() -> list[Path]:
     metavar="REPORT.json",
     help="Tell what moved beyond its error since this report; it does not change the exit code.",
 )
+@click.option(
+    "--refine/--no-refine",
+    "refined",
+    default=True,
+    show_default=True,
+    help="Measure what mesh and tile leave: a dozen surfaces more for each scene.",
+)
 @beyond
 @seed
 @workers
 @as_json
 def validate_command(
     scene_files: tuple[Path, ...], out: Path, candidate: str | None, old: Path | None,
-    beyond: bool, seed: int, workers: int | None, as_json: bool, **given: Any,
+    refined: bool, beyond: bool, seed: int, workers: int | None, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
@@ -73,10 +82,22 @@ def validate_command(
     report.make_folders(out)
     results = []
     for name, asked in scenes.items():
-        entry = validate_scene(name, asked, seed=seed, workers=workers, progress=True)
+        entry = validate_scene(
+            name, asked, seed=seed, workers=workers, progress=True, refined=refined
+        )
         results.append(entry if own is None else trial.judge(entry, own, broken[name]))
     lasting = global_invariants(seed, workers, progress=True)
-    document = report.write(results, out, seed, lasting=lasting, old=before)
+    # The laws are the same whatever the scene: half a minute that only the main job takes.
+    stable = [] if scene_files else [stability_section.section(survey(quick=True, progress=True))]
+    document = report.write(
+        results,
+        out,
+        seed,
+        lasting=lasting,
+        old=before,
+        of_all=sections.of_all(results, lasting) + stable,
+        of_scenes=sections.of_scenes(results),
+    )
     unexpected = report.unexpected(document)
     values = {
         "scenes": list(scenes),

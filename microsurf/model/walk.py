@@ -126,7 +126,7 @@ def walk(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     seconds = time.perf_counter() - begin
-    return _dataset(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
+    return labelled(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
 
 
 def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:
@@ -159,9 +159,10 @@ def _attrs(scene: Scene, kind: str) -> dict[str, str | float | int]:
     }
 
 
-def _dataset(
+def labelled(
     scene: Scene, kind: str, totals: list[Tally], facet: Facet, attrs: dict[str, float | int]
 ) -> xr.Dataset:
+    """Tallies of the scene's angles, θ outermost, as a Dataset."""
     thetas, phis = scene.light.theta, scene.light.phi
     shape = (1, len(thetas), len(phis))
     events = max(total.counts.shape[0] for total in totals)

@@ -16,6 +16,7 @@ from microsurf.surface import (
     from_recipe,
     gaussian_field,
     generate_surface,
+    surface_statistics,
     synthesis,
 )
 
@@ -227,3 +228,16 @@ def test_border_of_what_is_feasible(capsys):
 def test_bad_arguments_are_refused(arguments, options, said):
     with pytest.raises(InputError, match=said):
         generate_surface(*arguments, **options)
+
+
+def test_one_relief_on_two_meshes():
+    """Before any projection every second height is the same, but for the scale of the slopes."""
+    coarse = generate_surface(2.0, 0.5, cells=64, correlation=4.0, seed=3, finer=2, iterations=0)
+    fine = generate_surface(2.0, 0.5, cells=128, correlation=8.0, seed=3, iterations=0)
+    shared = fine.heights[::2, ::2]
+    assert np.corrcoef(coarse.heights.ravel(), shared.ravel())[0, 1] == pytest.approx(1, abs=1e-12)
+    again = from_recipe(coarse.recipe)
+    np.testing.assert_array_equal(again.heights, coarse.heights)
+    made = generate_surface(2.0, 0.5, cells=64, correlation=4.0, seed=3, finer=2)
+    assert surface_statistics(made, 2.0, 0.5)["ks"] < 0.01
+    assert np.abs(np.corrcoef(made.heights.ravel(), shared.ravel())[0, 1]) > 0.7

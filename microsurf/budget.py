@@ -1,0 +1,214 @@
+"""The error budget of a scene: its measurement against its prediction, split into causes.
+
+The arithmetic and the order of substitution are in `verdict.budget`; here is what it needs:
+the theory with the slopes that the surfaces have, and what mesh and tile leave.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import stats
+
+from . import precision, summary
+from .model.realised import Slopes, walk_realised
+from .model.realised_first import first_order_change
+from .physics.facet import body_weight
+from .refinement import Refinement
+from .scene import Scene
+from .surface import Heightfield, facet_slopes
+from .verdict.budget import TERMS, Case, Estimate, Term, split
+from .verdict.components import FIRST, HIGHER, LOBES, components, of_order_one
+
+Array = NDArray[np.float64]
+
+WALKS = 400_000
+"""Of the realised slopes, for each angle: 8e−4 of an albedo at most."""
+_NORMAL = float(stats.norm.ppf(0.975))
+_SEEDS = 4
+"""Runs of the paired difference of order 1: its error is their spread."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Terms of one incidence and Kd, by quantity, and what they add up to."""
+
+    theta_i: float
+    phi_i: float
+    kd: float
+    predicted: Mapping[str, float]
+    terms: Mapping[str, Mapping[str, Term]]
+
+
+def slopes_of(surfaces: Sequence[Heightfield], scene: Scene) -> Slopes:
+    """Slopes of all facets of all surfaces together."""
+    rough = scene.roughness
+    rho = []
+    for surface in surfaces:
+        p, q = facet_slopes(surface)
+        rho.append(np.hypot(p / rough.sigma_x, q / rough.sigma_y).ravel())
+    return Slopes(np.sort(np.concatenate(rho)), rough.sigma_x, rough.sigma_y)
+
+
+def budget_of(
+    scene: Scene,
+    measured: xr.Dataset,
+    predicted: tuple[xr.Dataset, xr.Dataset | None],
+    surfaces: Sequence[Heightfield],
+    *,
+    theory: tuple[xr.Dataset, xr.Dataset | None] | None = None,
+    refinement: Refinement | None = None,
+    exchange: Mapping[tuple[float, float], Mapping[str, float]] | None = None,
+    walks: int = WALKS,
+    seed: int = 0,
+) -> list[Budget]:
+    """Split measured − predicted for every angle and Kd.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the roughness that the prediction has; σ > 0.
+    measured : Dataset
+        On ``surfaces``.
+    predicted : (Dataset, Dataset or None)
+        Order 1 of a model, and all orders of a walk (None if the scene has one order).
+    surfaces : sequence of Heightfield
+        One for each realisation.
+    theory : (Dataset, Dataset or None), optional
+        Smith's, if ``predicted`` is another's.
+    refinement : Refinement, optional
+        What mesh and tile leave; without it these terms are absent.
+    exchange : mapping by (θ_i, φ_i), optional
+        See `verdict.budget.Case`, at unit Kd's specular part.
+    walks, seed : int
+        Of the walk with the surfaces' slopes.
+
+    Returns
+    -------
+    list of Budget
+        θ outermost, then φ, then Kd.
+
+    """
+    slopes = slopes_of(surfaces, scene)
+    n = scene.material.n
+    realised_walk = None
+    if scene.requires.multiple_scattering and predicted[1] is not None:
+        realised_walk = walk_realised(scene, slopes, walks=walks, seed=seed)
+    lost = summary.lost_paths(measured).values
+    budgets = []
+    for t, theta in enumerate(scene.light.theta):
+        for p, phi in enumerate(scene.light.phi):
+            changes = [
+                first_order_change(scene, slopes, theta, phi, _SEEDS * seed + k)
+                for k in range(_SEEDS)
+            ]
+            for kd in scene.material.kd:
+                weight = float(body_weight(n, kd))
+                seen = _parts(predicted, n, kd, (t, p))
+                ideal = seen if theory is None else _parts(theory, n, kd, (t, p))
+                realised = _realised(ideal, [c[0] for c in changes], weight)
+                if realised_walk is not None:
+                    walked = _walked(realised_walk, n, kd, (t, p))
+                    realised |= {q: walked[q] for q in HIGHER if q in ideal}
+                mirrored = float(np.mean([c[2][0] for c in changes]))
+                case = Case(
+                    measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
+                    ray_errors=_ray_errors(measured, n, kd, (t, p)),
+                    predicted=seen,
+                    theory=ideal,
+                    realised=realised,
+                    scattered=mirrored + weight * (1 - mirrored),
+                    mesh=None if refinement is None else refinement.parts("mesh", kd, (t, p)),
+                    tile=None if refinement is None else refinement.parts("tile", kd, (t, p)),
+                    lost=float(lost[t, p]),
+                    exchange=None if exchange is None else exchange.get((theta, phi)),
+                )
+                sizes = {q: seen[q].value for q in seen}
+                sizes["total"] = sum(sizes[q] for q in (*FIRST, *HIGHER) if q in sizes)
+                budgets.append(Budget(theta, phi, kd, sizes, split(case)))
+    return budgets
+
+
+def _parts(
+    models: tuple[xr.Dataset, xr.Dataset | None], n: float, kd: float, place: tuple[int, int]
+) -> dict[str, Estimate]:
+    """Order 1 of the first model, later orders of the second."""
+    first, walk = models
+    found = {
+        q: Estimate(float(v[0][place])) for q, v in components(first, n, kd).items()
+        if q in (*FIRST, *LOBES)
+    }  # fmt: skip
+    if walk is not None:
+        walked = _walked(walk, n, kd, place)
+        found |= {q: walked[q] for q in HIGHER if q in walked}
+    return found
+
+
+def _walked(walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]) -> dict[str, Estimate]:
+    """Parts of a walk; a path brings 0 … 1, so that the variance of a part is below the part."""
+    paths = float(walk.paths.values[0][place]) if "paths" in walk else np.inf
+    return {
+        q: Estimate(float(v[0][place]), _NORMAL * float(np.sqrt(max(v[0][place], 0.0) / paths)))
+        for q, v in components(walk, n, kd).items()
+    }
+
+
+def _realised(
+    ideal: Mapping[str, Estimate], changes: Sequence[Array], weight: float
+) -> dict[str, Estimate]:
+    """Order 1 with the surfaces' slopes: the ideal one and the paired change."""
+    runs = [of_order_one(change, weight) for change in changes]
+    found = {}
+    for q in (*FIRST, *LOBES):
+        values = np.array([run[q] for run in runs])
+        factor = float(stats.t.ppf(0.975, len(values) - 1)) / np.sqrt(len(values))
+        change = Estimate(float(values.mean()), factor * float(values.std(ddof=1)))
+        found[q] = Estimate(ideal[q].value + change.value, change.half)
+    return found
+
+
+def _ray_errors(
+    measured: xr.Dataset, n: float, kd: float, place: tuple[int, int]
+) -> dict[str, float]:
+    """Of one surface: albedos from batches, lobes from their bins, later orders a bound."""
+    first = {"order-1 specular": "specular", "order-1 body": "body", "total": "total"}
+    found = {
+        q: float(summary.ray_error(measured, name, n, kd).values[0][place])
+        for q, name in first.items()
+    }
+    light = float(measured.light_rays.values[0][place])
+    for q, v in components(measured, n, kd).items():
+        if q in HIGHER:
+            found[q] = float(np.sqrt(v[0][place] / light))
+    for kind, name in zip(FIRST, ("specular", "body"), strict=True):
+        variance = precision.lobe_ray_variance(measured, name, n, kd)
+        values = variance.transpose("realisation", "theta_i", "phi_i", ...).values[0][place]
+        pair = np.stack([values, values * 0])
+        by_region = of_order_one(pair, 1.0)
+        for q in LOBES:
+            if q.startswith(kind):
+                region = q.removeprefix(kind)
+                found[q] = float(np.sqrt(by_region[f"order-1 specular{region}"]))
+    return found
+
+
+def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
+    """One row a term: albedos, and parts of the prediction (null where that is 0)."""
+    found = []
+    for budget in budgets:
+        place = {"theta_i": budget.theta_i, "phi_i": budget.phi_i, "kd": budget.kd}
+        for q, terms in budget.terms.items():
+            size = budget.predicted.get(q, 0.0)
+            for name in TERMS:
+                if name not in terms:
+                    continue
+                term = asdict(terms[name])
+                shares = {
+                    f"relative_{key}": term[key] / size if size > 0 else None
+                    for key in ("value", "low", "high")
+                }
+                found.append(place | term | {"predicted": size} | shares)
+    return found

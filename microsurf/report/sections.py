@@ -1,0 +1,170 @@
+"""Further sections of a report: budgets, invariants, what effects cost, the family of verdicts."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .. import budget, verdict
+from ..invariants import Invariant
+from ..validate import Validation
+from . import attachments, budget_plot, candidate_plot
+from .picture import Picture
+from .section import Section, Table
+
+_BUDGET = """Measured − predicted, split by substituting one thing after the other: the model's own
+law by Smith's theory; STD by the slopes the surfaces have; what a finer mesh would change; light
+lost; the masking of the real structure in place of Smith's, and what that makes of later orders;
+multiple scattering of the real structure. Terms add up to the difference (diamonds). Whiskers and
+intervals are of 95 %. {refined}"""
+_REFINED = """Mesh: the same relief on this mesh and on one twice as fine. Tile: what surfaces of
+half the side differ by at the most, a bound that the other intervals do not hold."""
+_COARSE = "Mesh and tile were not measured (--no-refine): what they leave is in the other terms."
+_CAPTION = (
+    "Where the difference comes from, Kd = {kd:g}{phi}. Bars: terms; diamonds: what they add up "
+    "to, with the noise of rays and surfaces. Not drawn: {hidden}."
+)
+_INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
+largest that is no fault. Those decided by chance alarm falsely in about one report of 10 000."""
+_FAMILY = """The {comparisons} intervals are of 95 % each, not corrected for their number. A verdict
+of holds or departs is wrong in {rate:.1%} of cases at most: up to {wrong:.1f} of all, if every
+truth lay at its margin. {decided} are decided; {standing} of these stand also if all intervals are
+widened so that 95 % of such reports hold no wrong one (Šidák 1967)."""
+
+
+def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
+    """Sections of each scene by its name."""
+    slugs = attachments.slugs([entry.name for entry in entries])
+    return {
+        entry.name: [
+            section
+            for section in (
+                _candidate(entry, slug),
+                _budget(entry, slug),
+                _left_out(entry),
+                _invariants(entry.invariants, "What must hold here"),
+            )
+            if section is not None
+        ]
+        for entry, slug in zip(entries, slugs, strict=True)
+    }
+
+
+def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[Section]:
+    """Sections of the whole report."""
+    found = [_family(entries), _invariants(lasting, "What must hold whatever the scene")]
+    return [section for section in found if section is not None]
+
+
+def _candidate(entry: Validation, slug: str) -> Section | None:
+    if entry.trial is None:
+        return None
+    picture = Picture(
+        f"{slug}-candidate",
+        candidate_plot.figure(entry),
+        "The candidate's lobes beside the theory's and the measured ones.",
+        candidate_plot.rows(entry),
+    )
+    columns = ("quantity", "theta_i", "kd", "candidate", "model", "theory", "effect", "finding")
+    against = [{key: row[key] for key in columns} for row in entry.trial.as_json()["against"]]
+    return Section(
+        "candidate",
+        f"The candidate {entry.trial.name}",
+        "The verdicts of this scene are the candidate's. Here it is beside our own theory, so that "
+        "a fault of the candidate is told from a limit of the theory.",
+        (Table("Candidate / theory − 1", against),),
+        (picture,),
+    )
+
+
+def _budget(entry: Validation, slug: str) -> Section | None:
+    if not entry.budget:
+        return None
+    rows = budget.rows(entry.budget)
+    kd, phi = entry.scene.material.kd[0], entry.scene.light.phi[0]
+    first = [row for row in rows if row["kd"] == kd and row["phi_i"] == phi]
+    drawn = budget_plot.drawn_terms(first)
+    there = {row["term"] for row in rows}
+    hidden = [t for t in ("law", "slopes", "mesh", "losses", "masking", "multiple")
+              if t in there and t not in drawn]  # fmt: skip
+    several = len(entry.scene.light.phi) > 1
+    caption = _CAPTION.format(
+        kd=kd,
+        phi=f", φ_i = {phi:g}°" if several else "",
+        hidden=f"{', '.join(hidden)} (below 0.02 % everywhere)" if hidden else "nothing",
+    )
+    picture = Picture(f"{slug}-budget", budget_plot.figure(first), caption, rows)
+    table = Table(
+        f"Terms in % of the prediction ± half their 95 % interval, Kd = {kd:g}; all quantities, "
+        "lobes and angles stand in the figure's CSV",
+        _table(first),
+    )
+    text = _BUDGET.format(refined=_REFINED if "mesh" in there else _COARSE)
+    return Section(
+        "budget", "Where each difference comes from", text, (table,), (picture,), ("heitz2016",)
+    )
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A line for each quantity (no lobes) and angle, a column for each term."""
+    lines: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for row in rows:
+        if row["relative_value"] is None or row["quantity"].count(" ") > 1:
+            continue
+        key = row["quantity"], row["theta_i"]
+        line = lines.setdefault(key, {"quantity": key[0], "θ_i (°)": f"{key[1]:g}"})
+        half = 50 * (row["relative_high"] - row["relative_low"])
+        line[row["term"]] = f"{100 * row['relative_value']:+.2f} ± {half:.2f}".replace("-", "−")
+    return list(lines.values())
+
+
+def _left_out(entry: Validation) -> Section | None:
+    if not entry.left_out:
+        return None
+    rows = [
+        {
+            "left out": row["effect"],
+            "θ_i (°)": row["theta_i"],
+            "Kd": row["kd"],
+            "albedo without": row["without"],
+            "with all": row["with_all"],
+            "error (%)": 100 * row["error"],
+            "from (%)": 100 * row["low"],
+            "to (%)": 100 * row["high"],
+        }
+        for row in entry.left_out
+    ]
+    text = (
+        "This scene leaves effects out on purpose. Measured on the same surfaces with all of them:"
+    )
+    return Section("left-out", "What leaving out costs", text, (Table("Total albedo", rows),))
+
+
+def _invariants(found: Iterable[Invariant], title: str) -> Section | None:
+    rows = [
+        {
+            "what": row.name,
+            "statement": row.statement,
+            "value": row.value,
+            "tolerance": row.tolerance,
+            "holds": bool(row.holds),
+            "basis": row.basis,
+        }
+        for row in found
+    ]
+    if not rows:
+        return None
+    return Section("invariants", title, _INVARIANTS, (Table("Invariants", rows, digits=2),))
+
+
+def _family(entries: Sequence[Validation]) -> Section | None:
+    comparisons = [row for entry in entries for row in entry.comparisons]
+    if not comparisons:
+        return None
+    found = verdict.family(comparisons)
+    text = _FAMILY.format(
+        comparisons=found.comparisons,
+        rate=found.error_rate,
+        decided=found.decided,
+        wrong=found.expected_wrong,
+        standing=found.standing,
+    )
+    return Section("family", "How many verdicts may be wrong", text)
