@@ -16,14 +16,15 @@ from ..scene_file import to_toml
 from . import flat, single
 from .body_bins import body_bins
 from .directions import checked
-from .single import MASKINGS, Facets
+from .single import FITTED, MASKINGS, Facets
 from .specular_bins import specular_bins
 
 Array = NDArray[np.float64]
 
-NAMES = ("flat", *MASKINGS)
+NAMES = ("flat", *MASKINGS, *FITTED)
 """flat: roughness left out; approximate: smith with a closed form of its body term; smith:
-height-correlated G2; smith-separable; vcavity."""
+height-correlated G2; smith-separable; vcavity; smith-fit and smith-separable-fit: the same as
+those without, but Λ by the published fit, for comparison only."""
 
 
 def predict(scene: Scene, model: str = "smith") -> xr.Dataset:

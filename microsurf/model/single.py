@@ -15,13 +15,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics import fresnel, smith, std, vcavity
+from ..physics import fresnel, smith, smith_fit, std, vcavity
 from . import approximate
 from .quadrature import body_integral
 
 Array = NDArray[np.float64]
 
 MASKINGS = ("approximate", "smith", "smith-separable", "vcavity")
+FITTED = ("smith-fit", "smith-separable-fit")
+"""The same with Λ by the published fit: measured beside the exact ones, never a default."""
+_SMITH = {
+    "smith-separable": smith.g2_separable,
+    "smith-fit": smith_fit.g2_height_correlated,
+    "smith-separable-fit": smith_fit.g2_separable,
+}
+"""Smith's G2 by masking, if it is not the exact height-correlated one."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +37,10 @@ class Facets:
     """Facets and how they hide one another.
 
     Relative index n ≥ 1, or n + ik of a conductor (k > 0); STD shape γ in (3/2, ∞] and
-    roughness σ > 0 along x and y; ``masking`` one of MASKINGS: Smith's G2
+    roughness σ > 0 along x and y; ``masking`` one of MASKINGS or FITTED: Smith's G2
     height-correlated (Heitz 2014, eq. 99) or separable, that of V-cavities (Torrance
     and Sparrow 1967), or "approximate": the first with a closed form in place of the
-    body integral.
+    body integral. FITTED take Λ from `smith_fit`.
     """
 
     n: float
@@ -56,9 +64,7 @@ class Facets:
         """Smith's G2; 1 for V-cavities, whose G depends on m."""
         if self.masking == "vcavity":
             return np.ones(np.broadcast_shapes(i.shape, o.shape)[:-1])
-        if self.masking == "smith-separable":
-            return smith.g2_separable(i, o, *self.std)
-        return smith.g2_height_correlated(i, o, *self.std)
+        return _SMITH.get(self.masking, smith.g2_height_correlated)(i, o, *self.std)
 
 
 def white_mirror(facets: Facets, i: Array, o: Array) -> Array:
