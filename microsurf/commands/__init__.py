@@ -3,12 +3,14 @@
 import click
 
 from .. import __version__
+from .advise import advise_command
 from .convergence import convergence_command
 from .measure import measure_command
 from .plot import plot_command
 from .predict import predict_command
 from .stability import stability_command
 from .surface import make_surface
+from .tradeoff import tradeoff_command
 from .validate import validate_command
 
 
@@ -28,6 +30,8 @@ for _command in (
     validate_command,
     convergence_command,
     stability_command,
+    tradeoff_command,
+    advise_command,
     plot_command,
 ):
     cli.add_command(_command)

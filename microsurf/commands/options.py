@@ -11,6 +11,7 @@ from .. import beyond as border
 from .. import plan, scene_file
 from ..errors import InputError
 from ..files import check_readable
+from ..ladder_effort import EFFORTS
 from ..scene import Accuracy, Scene
 
 PATH = click.Path(path_type=Path)
@@ -57,6 +58,13 @@ beyond = click.option(
     "--beyond",
     is_flag=True,
     help=f"Go on below γ = {border.LEAST_GAMMA:g}, where no mesh holds the steepest slopes.",
+)
+effort = click.option(
+    "--effort",
+    type=click.Choice(list(EFFORTS)),
+    default="quick",
+    show_default=True,
+    help="quick: about a minute on two cores; full: finer meshes, more rays and surfaces.",
 )
 light = together(
     _many("--theta", "Incidence θ in degrees, e.g. 0,30,60."),

@@ -1,0 +1,108 @@
+"""microsurf tradeoff: every rung's error against its cost, on a scene."""
+
+import csv
+import json
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import scene_file
+from ..files import whole_file
+from ..ladder_effort import EFFORTS
+from ..report import make_folder
+from ..report.frontier_plot import figure, rows
+from ..tradeoff import QUANTITIES, Tradeoff, check, tradeoff
+from .options import PATH, as_json, effort, seed
+from .output import show, write
+
+
+@click.command("tradeoff")
+@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.option("--out", type=PATH, help="Folder; default reports/tradeoff/ and the scene's name.")
+@effort
+@seed
+@as_json
+def tradeoff_command(scene: Path, out: Path | None, effort: str, seed: int, as_json: bool) -> None:
+    """Run every model, walk and mesh on a scene, and show what accuracy costs.
+
+    Example: microsurf tradeoff my_scene.toml
+    """
+    asked = scene_file.read(scene)
+    check(asked)
+    out = Path("reports/tradeoff") / scene.stem if out is None else out
+    make_folder(out)
+    found = tradeoff(asked, EFFORTS[effort], seed=seed, progress=True)
+    values = _values(found) | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
+    _save(found, values, out)
+    if as_json:
+        show(values, as_json=True)
+        return
+    write("\n".join(_lines(found)))
+    write(f"\nfigure: {out / 'tradeoff.png'}   ({found.seconds:.0f} s)")
+
+
+def _values(found: Tradeoff) -> dict[str, Any]:
+    table = rows(found)
+    reference = found.reference
+    return {
+        "rungs": table,
+        "frontier": {
+            name: [
+                row["rung"]
+                for row in sorted(table, key=lambda row: row["seconds"])
+                if row["quantity"] == name and row["dominated_by"] is None
+            ]
+            for name in found.points
+        },
+        "reference": {
+            "surfaces": reference.surfaces,
+            "cells": reference.surface.cells,
+            "correlation": reference.surface.correlation,
+            "paths": reference.paths,
+            "half_width": reference.half_width,
+            "seconds": reference.seconds,
+        },
+        "seconds": found.seconds,
+    }
+
+
+def _save(found: Tradeoff, values: dict[str, Any], out: Path) -> None:
+    """Write all four files; none takes its name before all are written."""
+    picture = figure(found, values["scene"])
+    with ExitStack() as files:
+        names = [f"tradeoff.{ending}" for ending in ("png", "pdf", "csv", "json")]
+        png, pdf, table, text = (files.enter_context(whole_file(out / name)) for name in names)
+        picture.savefig(png, dpi=100)
+        picture.savefig(pdf)
+        with table.open("w", encoding="utf-8", newline="") as lines:
+            writer = csv.DictWriter(lines, list(values["rungs"][0]), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(
+                {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
+                for row in values["rungs"]
+            )
+        text.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def _lines(found: Tradeoff) -> list[str]:
+    reference = found.reference
+    known = ", ".join(f"{name} ± {100 * v:.2g} %" for name, v in reference.half_width.items())
+    lines = [
+        f"{reference.text}: {known}",
+        "seconds: of the processor, an angle; errors: the worst angle, with the rung's own noise",
+    ]
+    width = max(len(run.rung.name) for run in found.runs)
+    table = rows(found)
+    for name in found.points:
+        unit, scale = ("degrees", 1) if name in ("position", "width") else ("%", 100)
+        lines.append(f"\n{QUANTITIES[name].split(',')[0]}, in {unit} (95 % interval)")
+        mine = [row for row in table if row["quantity"] == name]
+        for row in sorted(mine, key=lambda row: row["seconds"]):
+            behind = f"dominated by {row['dominated_by']}" if row["dominated_by"] else "frontier"
+            lines.append(
+                f"  {row['rung']:<{width}}  {row['seconds']:8.3g} s  {scale * row['error']:8.3g} "
+                f"({scale * row['error_low']:.3g} … {scale * row['error_high']:.3g})  {behind}"
+            )
+    return lines

@@ -1,0 +1,36 @@
+"""How much of the ladder is run, and against what reference."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is run.
+
+    walks : numbers of walks, and runs of as many. meshes : factor of the scene's mesh, rays
+    of an angle, and surfaces made. cells, finer : factors of the scene's cells and of its
+    correlation length in cells for the reference, whose mesh is finer and whose tile may be
+    smaller. paths, surfaces, most : its rays, and its surfaces at first and at most.
+    """
+
+    walks: tuple[tuple[int, int], ...]
+    meshes: tuple[tuple[float, int, int], ...]
+    cells: float
+    finer: float
+    paths: int
+    surfaces: int
+    most: int
+
+
+EFFORTS = {
+    "quick": Effort(
+        ((10_000, 12), (100_000, 6), (1_000_000, 3)),
+        ((0.25, 16_384, 6), (0.5, 16_384, 6), (1, 16_384, 4), (1, 65_536, 4)),
+        1, 2, 65_536, 8, 16,
+    ),
+    "full": Effort(
+        ((10_000, 24), (100_000, 12), (1_000_000, 6), (10_000_000, 3)),
+        ((0.25, 16_384, 12), (0.5, 16_384, 12), (1, 65_536, 12), (1, 262_144, 8)),
+        2, 2, 262_144, 16, 64,
+    ),
+}  # fmt: skip

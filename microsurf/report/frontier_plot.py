@@ -1,0 +1,122 @@
+"""Error against cost of every rung of the ladder: the frontier, and what lies behind it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..tradeoff import CHOICES, QUANTITIES, Tradeoff
+from ..verdict import ladder
+from .plots import BLACK, BLUE, GREY, ORANGE, VERMILION
+
+GREEN, PURPLE = "#009E73", "#CC79A7"
+_STYLE = {
+    "flat": (GREY, "v", "flat"),
+    "approximate": (ORANGE, "^", "closed approximation"),
+    "smith": (BLUE, "o", "Smith, one order"),
+    "smith-separable": (BLUE, "s", "Smith, separable"),
+    "smith-fit": (BLUE, "P", "Smith, published fit of Λ"),
+    "smith-separable-fit": (BLUE, "X", "Smith, separable, fit of Λ"),
+    "vcavity": (PURPLE, "D", "V-cavity, one order"),
+    "smith-walk": (VERMILION, "<", "Smith walk, all orders"),
+    "vcavity-walk": (PURPLE, ">", "V-cavity walk, all orders"),
+    "surface": (BLACK, "*", "explicit surfaces"),
+}
+_LEAST = 1e-4
+
+
+def rows(found: Tradeoff) -> list[dict[str, Any]]:
+    """One row for each rung and quantity: cost, error, both with their ranges, dominated by."""
+    table = []
+    for name, points in found.points.items():
+        for run, point in zip(found.runs, points, strict=True):
+            error = ladder.error(point.squared)
+            table.append(
+                {
+                    "quantity": name,
+                    "rung": point.name,
+                    "model": run.rung.model,
+                    "seconds": point.seconds,
+                    "seconds_low": point.seconds_low,
+                    "seconds_high": point.seconds_high,
+                    "seconds_evaluation": run.evaluation,
+                    "bytes": run.bytes,
+                    "bytes_basis": run.bytes_basis,
+                    "error": error.value,
+                    "error_low": error.low,
+                    "error_high": error.high,
+                    "error_below": error.below,
+                    "dominated_by": found.dominated[name].get(point.name),
+                }
+            )
+    return table
+
+
+def figure(found: Tradeoff, name: str = "") -> Figure:
+    """A panel for each of albedo, peak and lobe that the scene has."""
+    return panels({name: rows(found)})
+
+
+def panels(scenes: Mapping[str, list[dict[str, Any]]]) -> Figure:
+    """The same of several scenes, by their rows: a line of panels each."""
+    names = [q for q in CHOICES if any(r["quantity"] == q for t in scenes.values() for r in t)]
+    size = (3.3 * len(names) + 0.4, 2.6 * len(scenes) + 1.1)
+    drawn = Figure(figsize=size, layout="constrained")
+    grid = drawn.subplots(len(scenes), len(names), squeeze=False, sharex=True)
+    for line, (scene, table) in zip(grid, scenes.items(), strict=True):
+        for panel, quantity in zip(line, names, strict=True):
+            of_it = [row for row in table if row["quantity"] == quantity]
+            title = QUANTITIES[quantity].removesuffix(", relative")
+            _panel(panel, of_it)
+            panel.set_title(f"{scene}: {title}" if scene else title, fontsize=9)
+        line[0].set_ylabel("error (%)")
+    for panel in grid[-1]:
+        panel.set_xlabel("processor time of an angle (s)")
+    handles: dict[str, Any] = {}
+    for panel in grid.ravel():
+        found = zip(*panel.get_legend_handles_labels(), strict=True)
+        handles |= {label: handle for handle, label in found}
+    drawn.legend(
+        list(handles.values()), list(handles), loc="outside lower center", ncols=4, fontsize=8,
+        frameon=False,
+    )  # fmt: skip
+    return drawn
+
+
+def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
+    """Rungs with 95 % bars; filled on the frontier, hollow behind it, and the line between."""
+    if not table:
+        panel.text(0.5, 0.5, "the scene has none", ha="center", transform=panel.transAxes)
+        return
+    for row in table:
+        colour, marker, label = _STYLE[row["model"]]
+        known = row["error"] >= _LEAST
+        value = 100 * max(row["error"] if known else row["error_high"], _LEAST)
+        x = row["seconds"]
+        ends = [[x - row["seconds_low"]], [row["seconds_high"] - x]]
+        behind = row["dominated_by"] is not None
+        if known:
+            low = value - 100 * max(row["error_low"], _LEAST / 10)
+            bars, limit = [[low], [100 * row["error_high"] - value]], False
+        else:  # not told from 0: an arrow from what it stays below
+            bars, limit = [[value / 2], [0.0]], True
+        panel.errorbar(
+            x, value, bars, ends, uplims=[limit], color=colour, marker=marker, capsize=2,
+            markersize=8 if marker == "*" else 5.5, linestyle="none", linewidth=0.8,
+            markerfacecolor="white" if behind else colour, label=label,
+        )  # fmt: skip
+    ahead = sorted(
+        (row["seconds"], row["error"] if row["error"] >= _LEAST else row["error_high"])
+        for row in table
+        if row["dominated_by"] is None
+    )
+    x, y = np.array(ahead).T
+    panel.step(x, 100 * np.minimum.accumulate(y), where="post", color=GREY, linewidth=1, zorder=0)
+    panel.set(xscale="log", yscale="log")
+    panel.set_ylim(bottom=0.01)
+    for level in (1, 3, 10):
+        panel.axhline(level, color="#bbbbbb", linewidth=0.6, linestyle=":", zorder=0)
+    panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
+    panel.spines[["top", "right"]].set_visible(False)
