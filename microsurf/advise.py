@@ -28,10 +28,11 @@ SHARE = 4
 class Judged:
     """A rung that was run: what it costs and errs by, and the verdict against the tolerance.
 
-    verdict : "holds" (below it with 95 % confidence), "fails" (all of the 95 % interval
-    lies above it) or "undecided".
+    run : its draws. verdict : "holds" (below it with 95 % confidence), "fails" (all of the
+    95 % interval lies above it) or "undecided".
     """
 
+    run: Run
     point: Point
     error: Error
     verdict: str
@@ -128,11 +129,11 @@ def _judge(run: Run, reference: Reference, quantity: str, tolerance: float) -> J
     placed = point(run, squared(run, reference, quantity))
     error = ladder.error(placed.squared)
     if error.below <= tolerance:
-        return Judged(placed, error, "holds", f"below {error.below:.2g} with 95 % confidence")
+        return Judged(run, placed, error, "holds", f"below {error.below:.2g} with 95 % confidence")
     if error.low > tolerance:
-        return Judged(placed, error, "fails", f"above {error.low:.2g} with 95 % confidence")
+        return Judged(run, placed, error, "fails", f"above {error.low:.2g} with 95 % confidence")
     why = f"between {error.low:.2g} and {error.high:.2g}: not told from {tolerance:g}"
-    return Judged(placed, error, "undecided", why)
+    return Judged(run, placed, error, "undecided", why)
 
 
 def _note(

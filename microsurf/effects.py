@@ -107,7 +107,7 @@ def _traced(scene: Scene, structure: str, seed: int) -> dict[Place, Draws]:
 
 def _nothing(base: dict[Place, Draws]) -> dict[Place, Draws]:
     return {
-        place: Draws(draws.albedo * 0, draws.cut * 0, draws.lobe * 0)
+        place: Draws(draws.albedo * 0, draws.specular * 0, draws.lobe * 0)
         for place, draws in base.items()
     }
 
@@ -129,15 +129,16 @@ def _lobe(without: Draws, base: Draws) -> tuple[float, float, float]:
 
 
 def _scalar(quantity: str) -> Callable[[Draws, Draws], tuple[float, float, float]]:
-    def values(draws: Draws, smooth: float) -> Array:
+    def values(draws: Draws, spread: float) -> Array:
         if quantity == "albedo":
             return draws.albedo[:, 0]
-        height = ladder.pseudo_values(draws.cut, lambda cut: peak.figures(cut, smooth)[:1])
+        cuts = peak.cut(draws.specular, spread)
+        height = ladder.pseudo_values(cuts, lambda cut: peak.figures(cut)[:1])
         return np.asarray(height[:, 0])
 
     def change(without: Draws, base: Draws) -> tuple[float, float, float]:
-        smooth = peak.smoothing(base.cut.mean(axis=0)) if quantity == "peak" else 0.0
-        of, on = values(without, smooth), values(base, smooth)
+        spread = peak.spread_of(base.specular.mean(axis=0)) if quantity == "peak" else 1.0
+        of, on = values(without, spread), values(base, spread)
         value = float(of.mean() / on.mean() - 1)
         # Of the ratio, to first order.
         rest = (of - of.mean() - (1 + value) * (on - on.mean())) / on.mean()

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from . import memory, model, peak, result
+from . import memory, model, result
 from .ladder_effort import Effort
 from .scene import CORRELATIONS, Accuracy, Scene, Surface
 from .trace import measure
@@ -37,12 +37,12 @@ _MOST_WALKS = 100_000  # of all pairs together, but for one pair
 class Draws:
     """What some draws say of one place: first axis the draw.
 
-    albedo, shape (K, 1); cut, in-plane intensity of light without body events, in sr⁻¹,
-    shape (K, angles); lobe, energy of the others in the bins, shape (K, bins).
+    albedo, shape (K, 1); energies in the bins, shape (K, bins): specular, of light without
+    body events, and lobe, of the other.
     """
 
     albedo: Array
-    cut: Array
+    specular: Array
     lobe: Array
 
 
@@ -135,13 +135,12 @@ def run_all(scene: Scene, rungs: list[Rung], seed: int, *, full: bool = True) ->
 
 
 def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
-    """Albedo, in-plane cut and body lobe of all orders, for each realisation of a result."""
+    """Albedo, specular and body lobe of all orders, for each realisation of a result."""
     flux = dataset.flux.sum("order")
     found = {}
     for kd in scene.material.kd:
         kinds = result.by_kind(flux, scene.material.n, kd)
         specular, body = (kinds.sel(kind=kind, drop=True) for kind in result.KINDS)
-        cuts = peak.cut(specular)
         for (t, theta), (p, phi) in product(
             enumerate(scene.light.theta), enumerate(scene.light.phi)
         ):
@@ -150,7 +149,7 @@ def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
                 for v in (specular, body)
             ]
             total = lobes[0].sum(axis=1) + lobes[1].sum(axis=1)
-            found[theta, phi, kd] = Draws(total[:, None], cuts[:, t, p], lobes[1])
+            found[theta, phi, kd] = Draws(total[:, None], *lobes)
     return found
 
 
@@ -159,7 +158,7 @@ def joined(parts: list[dict[Place, Draws]]) -> dict[Place, Draws]:
     return {
         place: Draws(*(
             np.concatenate([getattr(part[place], name) for part in parts])
-            for name in ("albedo", "cut", "lobe")
+            for name in ("albedo", "specular", "lobe")
         ))
         for place in parts[0]
     }  # fmt: skip

@@ -1,6 +1,6 @@
 """Speed against accuracy: every rung's cost and its error against one explicit reference.
 
-The reference is traced on surfaces of a mesh twice as fine, which no rung shares, and has
+The reference is traced on surfaces of a finer mesh, which no rung shares, and has
 an error of its own that is in every interval. Errors of several angles and Kd: the largest
 counts. Costs are processor seconds for an angle.
 """
@@ -151,7 +151,8 @@ def refer(
     own = scene.surface
     if scene.requires.roughness:
         length = own.correlation * effort.finer
-        cells = max(round(own.cells * effort.cells), round(_LEAST_TILE * length))
+        # On a smaller tile: as many cells tell more of a finer mesh than of one surface.
+        cells = round(max(own.cells * effort.cells * effort.finer / 2, _LEAST_TILE * length))
         own = replace(own, cells=cells, correlation=length)
     begin = time.process_time()
     parts: list[dict[Place, Draws]] = []
@@ -193,14 +194,15 @@ def _pairs(run: Run | None, reference: Reference, name: str) -> list[tuple[Array
         if name in ("albedo", "lobe"):
             pairs.append((getattr(own, name), getattr(of_reference, name)))
             continue
-        smooth = peak.smoothing(of_reference.cut.mean(axis=0))
-        figure = _Figure(("peak", *_DEGREES).index(name), smooth)
-        theirs = ladder.pseudo_values(of_reference.cut, figure)
+        spread = peak.spread_of(of_reference.specular.mean(axis=0))
+        cuts, theirs = (peak.cut(d.specular, spread) for d in (own, of_reference))
+        figure = _Figure(("peak", *_DEGREES).index(name))
+        theirs = ladder.pseudo_values(theirs, figure)
         # One run is what a user gets; of a mean of several only the jackknife knows.
         if run is None or run.rung.averaged > 1:
-            mine = ladder.pseudo_values(own.cut, figure)
+            mine = ladder.pseudo_values(cuts, figure)
         else:
-            mine = np.array([figure(cut) for cut in own.cut])
+            mine = np.array([figure(cut) for cut in cuts])
         pairs.append((mine, theirs))
     return pairs
 
@@ -210,10 +212,9 @@ class _Figure:
     """One figure of a cut, as an array of one."""
 
     which: int
-    smooth: float
 
     def __call__(self, cut: Array) -> Array:
-        return peak.figures(cut, self.smooth)[[self.which]]
+        return peak.figures(cut)[[self.which]]
 
 
 def point(run: Run, found: Squared) -> Point:

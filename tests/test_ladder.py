@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microsurf import cli, commands, model, peak, scene_file
+from microsurf import cli, commands, model, result, scene_file
 from microsurf.advise import advise
 from microsurf.effects import contributions
 from microsurf.errors import InputError
@@ -93,7 +93,7 @@ def test_draws_are_the_result_s_albedo_and_lobes():
     draws = draws_of(dataset, scene)
     assert len(draws) == 8
     one = draws[50.0, 90.0, 0.9]
-    assert one.cut.shape == (1, len(peak.angles()))
+    assert one.specular.shape == one.lobe.shape == (1, result.RINGS * result.SECTORS)
     assert 0 < one.lobe.sum() < one.albedo[0, 0] < 1
     assert draws[50.0, 0.0, 0.2].albedo[0, 0] < one.albedo[0, 0]
 

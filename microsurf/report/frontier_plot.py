@@ -24,7 +24,8 @@ _STYLE = {
     "vcavity-walk": (PURPLE, ">", "V-cavity walk, all orders"),
     "surface": (BLACK, "*", "explicit surfaces"),
 }
-_LEAST = 1e-4
+_LEAST, _MOST = 1e-4, 2.0
+"""Errors are drawn within these: a flat mirror's peak is off by hundreds of times."""
 
 
 def rows(found: Tradeoff) -> list[dict[str, Any]]:
@@ -86,20 +87,20 @@ def panels(scenes: Mapping[str, list[dict[str, Any]]]) -> Figure:
 
 
 def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
-    """Rungs with 95 % bars; filled on the frontier, hollow behind it, and the line between."""
+    """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
     if not table:
         panel.text(0.5, 0.5, "the scene has none", ha="center", transform=panel.transAxes)
         return
     for row in table:
         colour, marker, label = _STYLE[row["model"]]
         known = row["error"] >= _LEAST
-        value = 100 * max(row["error"] if known else row["error_high"], _LEAST)
+        value = 100 * _drawn(row["error"] if known else row["error_high"])
         x = row["seconds"]
         ends = [[x - row["seconds_low"]], [row["seconds_high"] - x]]
         behind = row["dominated_by"] is not None
         if known:
-            low = value - 100 * max(row["error_low"], _LEAST / 10)
-            bars, limit = [[low], [100 * row["error_high"] - value]], False
+            low = value - 100 * _drawn(row["error_low"])
+            bars, limit = [[low], [100 * _drawn(row["error_high"]) - value]], False
         else:  # not told from 0: an arrow from what it stays below
             bars, limit = [[value / 2], [0.0]], True
         panel.errorbar(
@@ -113,10 +114,15 @@ def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
         if row["dominated_by"] is None
     )
     x, y = np.array(ahead).T
-    panel.step(x, 100 * np.minimum.accumulate(y), where="post", color=GREY, linewidth=1, zorder=0)
+    best = 100 * np.clip(np.minimum.accumulate(y), _LEAST, _MOST)
+    panel.step(x, best, where="post", color=GREY, linewidth=1, zorder=0)
     panel.set(xscale="log", yscale="log")
-    panel.set_ylim(bottom=0.01)
+    panel.set_ylim(100 * _LEAST, 150 * _MOST)
     for level in (1, 3, 10):
         panel.axhline(level, color="#bbbbbb", linewidth=0.6, linestyle=":", zorder=0)
     panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
     panel.spines[["top", "right"]].set_visible(False)
+
+
+def _drawn(error: float) -> float:
+    return float(np.clip(error, _LEAST, _MOST))
