@@ -7,7 +7,7 @@ so, with what deciding it would cost.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from .verdict.ladder import Error, Point
 
 SHARE = 4
 """The reference's half-width is to be this part of the tolerance."""
+_FEW = 4
+"""Surfaces of the reference at first: doubled until that is so."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ def advise(
     tried: list[Judged] = []
     with bar(len(rungs) + effort.surfaces, progress=progress) as shown:
         wanted = quantity, tolerance / SHARE
-        reference = refer(scene, effort, seed, wanted=wanted, shown=shown)
+        few = replace(effort, surfaces=min(_FEW, effort.surfaces))
+        reference = refer(scene, few, seed, wanted=wanted, shown=shown)
         skipped = [rung.name for rung in rungs]
         for tier in sorted({rung.tier for rung in rungs}):
             for run in run_all(scene, [r for r in rungs if r.tier == tier], seed, full=False):

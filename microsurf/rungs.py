@@ -95,7 +95,7 @@ def rungs_of(scene: Scene, effort: Effort) -> list[Rung]:
         mesh = mesh_of(scene, factor)
         found += [
             Rung(
-                f"{averaged} × {mesh.cells}² L {mesh.correlation:g}, {paths} rays",
+                f"{averaged} × {mesh.cells}² L {mesh.correlation:g} {paths} rays",
                 2, "surface", surface=mesh, paths=paths, draws=draws, averaged=averaged,
             )
             for averaged in AVERAGED

@@ -81,6 +81,11 @@ def test_rows_and_figure(found):
     names = {run.rung.name for run in found.runs}
     assert {row["dominated_by"] for row in rows} <= {None, *names}
     assert sum("frontier" in line for line in commands.tradeoff._lines(found)) >= 5
+    costs = frontier_plot.within(rows)
+    assert len(costs) == 9
+    for name in ("albedo", "peak", "lobe"):
+        seconds = [c["seconds"] or np.inf for c in costs if c["quantity"] == name]
+        assert seconds == sorted(seconds, reverse=True)  # more accuracy never costs less
     panels = frontier_plot.figure(found, "small").axes
     assert [panel.get_xscale() for panel in panels] == ["log"] * 3
 

@@ -12,7 +12,7 @@ from .. import scene_file
 from ..files import whole_file
 from ..ladder_effort import EFFORTS
 from ..report import make_folder
-from ..report.frontier_plot import figure, rows
+from ..report.frontier_plot import figure, rows, within
 from ..tradeoff import QUANTITIES, Tradeoff, check, tradeoff
 from .options import PATH, as_json, effort, seed
 from .output import show, write
@@ -56,6 +56,7 @@ def _values(found: Tradeoff) -> dict[str, Any]:
             ]
             for name in found.points
         },
+        "within": within(table),
         "reference": {
             "surfaces": reference.surfaces,
             "cells": reference.surface.cells,
@@ -105,4 +106,9 @@ def _lines(found: Tradeoff) -> list[str]:
                 f"  {row['rung']:<{width}}  {row['seconds']:8.3g} s  {scale * row['error']:8.3g} "
                 f"({scale * row['error_low']:.3g} … {scale * row['error_high']:.3g})  {behind}"
             )
+    lines.append("\nto stay below, with 95 % confidence")
+    for row in within(table):
+        what = f"  {100 * row['level']:g} % of the {row['quantity']}: "
+        cost = f"{row['rung']}, {row['seconds']:.3g} s" if row["rung"] else "nothing shown"
+        lines.append(what + cost)
     return lines

@@ -55,6 +55,26 @@ def rows(found: Tradeoff) -> list[dict[str, Any]]:
     return table
 
 
+LEVELS = (0.01, 0.03, 0.1)
+
+
+def within(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What it costs to be wrong by no more than 1, 3 or 10 %, by quantity.
+
+    The cheapest rung whose error stays below with 95 % confidence; rung None if none does.
+    """
+    found = []
+    for name in CHOICES:
+        mine = sorted((r for r in table if r["quantity"] == name), key=lambda r: r["seconds"])
+        for level in LEVELS if mine else ():
+            first = next((r for r in mine if r["error_below"] <= level), {})
+            found.append(
+                {"quantity": name, "level": level}
+                | {key: first.get(key) for key in ("rung", "seconds", "error_below")}
+            )
+    return found
+
+
 def figure(found: Tradeoff, name: str = "") -> Figure:
     """A panel for each of albedo, peak and lobe that the scene has."""
     return panels({name: rows(found)})
@@ -81,7 +101,8 @@ def panels(scenes: Mapping[str, list[dict[str, Any]]]) -> Figure:
         handles |= {label: handle for handle, label in found}
     drawn.legend(
         list(handles.values()), list(handles), loc="outside lower center", ncols=4, fontsize=8,
-        frameon=False,
+        frameon=False, title_fontsize=8,
+        title="hollow: dominated; line: frontier; bars: 95 %; arrow: not told from 0",
     )  # fmt: skip
     return drawn
 
@@ -90,6 +111,8 @@ def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
     """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
     if not table:
         panel.text(0.5, 0.5, "the scene has none", ha="center", transform=panel.transAxes)
+        panel.set_yticks([])
+        panel.spines[:].set_visible(False)
         return
     for row in table:
         colour, marker, label = _STYLE[row["model"]]
