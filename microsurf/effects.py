@@ -22,7 +22,7 @@ from .verdict.distance import CONFIDENCE
 Array = NDArray[np.float64]
 
 WALKS, RUNS = 100_000, 4
-_SURFACES, _PATHS = 6, 16_384
+_SURFACES, _PATHS = 4, 16_384
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _structures(scene: Scene, quantity: str, seed: int) -> Iterator[Effect]:
     for k, name in enumerate(others):
         change = _change(_traced(scene, name, seed + 1 + k), base, quantity)
         how = f"{name} instead of {scene.surface.structure}"
-        yield Effect("height–slope structure", how, *change)
+        yield Effect("structure", how, *change)
 
 
 def _walked(scene: Scene, seed: int, kind: str = "smith-walk") -> dict[Place, Draws]:

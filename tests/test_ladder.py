@@ -129,10 +129,10 @@ def test_effects_have_the_sign_and_size_they_must():
     effects = {e.name: e for e in contributions(white, "albedo", seed=2)}
     assert set(effects) == {
         "interface", "substrate", "multiple scattering", "anisotropy", "tail of the slopes",
-        "masking",
+        "masking", "structure",
     }  # fmt: skip
     # An IL facet at Kd = 1 is white, and so is a walk of all orders: nothing changes.
-    for name in ("interface", "anisotropy", "tail of the slopes", "masking"):
+    for name in ("interface", "anisotropy", "tail of the slopes", "masking", "structure"):
         assert abs(effects[name].change) < 1e-9
     assert -1 < effects["substrate"].change < -0.5
     assert -0.5 < effects["multiple scattering"].high < -0.01

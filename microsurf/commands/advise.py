@@ -9,7 +9,7 @@ from .. import scene_file
 from ..advise import Advice, Judged, advise
 from ..ladder_effort import EFFORTS
 from ..tradeoff import CHOICES
-from .options import PATH, as_json, effort, seed
+from .options import PATH, as_json, beyond, check_tail, effort, seed
 from .output import show, write
 
 
@@ -25,18 +25,26 @@ from .output import show, write
 )
 @effort
 @seed
+@beyond
 @as_json
 def advise_command(
-    scene: Path, tolerance: float, quantity: str, effort: str, seed: int, as_json: bool
+    scene: Path,
+    tolerance: float,
+    quantity: str,
+    effort: str,
+    seed: int,
+    beyond: bool,
+    as_json: bool,
 ) -> None:
     """Find the cheapest way to a reflectance whose measured error stays below a tolerance.
 
     Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
     """
     asked = scene_file.read(scene)
+    stated = check_tail(asked, beyond)
     found = advise(asked, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
     if as_json:
-        show(_values(found), as_json=True)
+        show(_values(found) | stated, as_json=True)
         return
     write("\n".join(_lines(found)))
 

@@ -14,7 +14,7 @@ from ..ladder_effort import EFFORTS
 from ..report import make_folder
 from ..report.frontier_plot import figure, rows, within
 from ..tradeoff import QUANTITIES, Tradeoff, check, tradeoff
-from .options import PATH, as_json, effort, seed
+from .options import PATH, as_json, beyond, check_tail, effort, seed
 from .output import show, write
 
 
@@ -23,18 +23,26 @@ from .output import show, write
 @click.option("--out", type=PATH, help="Folder; default reports/tradeoff/ and the scene's name.")
 @effort
 @seed
+@beyond
 @as_json
-def tradeoff_command(scene: Path, out: Path | None, effort: str, seed: int, as_json: bool) -> None:
+def tradeoff_command(
+    scene: Path, out: Path | None, effort: str, seed: int, beyond: bool, as_json: bool
+) -> None:
     """Run every model, walk and mesh on a scene, and show what accuracy costs.
 
     Example: microsurf tradeoff my_scene.toml
     """
     asked = scene_file.read(scene)
     check(asked)
+    stated = check_tail(asked, beyond)
     out = Path("reports/tradeoff") / scene.stem if out is None else out
     make_folder(out)
     found = tradeoff(asked, EFFORTS[effort], seed=seed, progress=True)
-    values = _values(found) | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
+    values = (
+        _values(found)
+        | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
+        | stated
+    )
     _save(found, values, out)
     if as_json:
         show(values, as_json=True)
