@@ -50,6 +50,7 @@ class Reference:
     surface: Surface
     paths: int
     seconds: float
+    rough: bool = True
     half_width: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -60,8 +61,11 @@ class Reference:
     @property
     def text(self) -> str:
         """What it is of, for people."""
-        made = f"{self.surfaces} surfaces of {self.surface.cells}² cells"
-        return f"reference: {made}, L = {self.surface.correlation:g}, {self.paths} rays each"
+        made = f"{self.surfaces} times one flat facet"
+        if self.rough:
+            made = f"{self.surfaces} surfaces of {self.surface.cells}² cells, "
+            made += f"L = {self.surface.correlation:g}"
+        return f"reference: {made}, {self.paths} rays each"
 
 
 @dataclass(frozen=True)
@@ -163,7 +167,8 @@ def refer(
         if shown is not None:
             shown.update(count if len(parts) == 1 else 0)
         draws = joined(parts)
-        found = Reference(draws, own, effort.paths, time.process_time() - begin)
+        seconds = time.process_time() - begin
+        found = Reference(draws, own, effort.paths, seconds, scene.requires.roughness)
         found = replace(found, half_width=_half_widths(scene, found))
         if wanted is None or found.half_width[wanted[0]] <= wanted[1]:
             return found
