@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microsurf import cli, commands, model, result, scene_file
+from microsurf import cli, commands, effects, model, result, scene_file
 from microsurf.advise import advise
 from microsurf.effects import contributions
 from microsurf.errors import InputError
@@ -32,7 +32,10 @@ FLAT = replace(SCENE, roughness=Roughness(2.0, (0.0,)))
 
 @pytest.fixture(scope="module")
 def found():
-    return tradeoff(SCENE, TINY, seed=5)
+    """The ladder without the V-cavity's rung, which takes longer than all others."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(model, "NAMES", tuple(n for n in model.NAMES if n != "vcavity"))
+        return tradeoff(SCENE, TINY, seed=5)
 
 
 def test_every_way_to_a_reflectance_is_a_rung():
@@ -51,7 +54,7 @@ def test_every_way_to_a_reflectance_is_a_rung():
 
 def test_points_have_costs_and_errors(found):
     assert set(found.points) == {"albedo", "peak", "lobe", "position", "width"}
-    assert len(found.runs) == len(rungs_of(SCENE, TINY))
+    assert len(found.runs) == len(rungs_of(SCENE, TINY)) - 1
     for points in found.points.values():
         for point in points:
             assert 0 < point.seconds_low < point.seconds < point.seconds_high
@@ -67,12 +70,19 @@ def test_points_have_costs_and_errors(found):
         assert (run.evaluation is None) == (run.rung.model == "surface")
 
 
-def test_the_same_seed_gives_the_same_errors():
-    found, again = (tradeoff(MIRROR, TINY, seed=5) for _ in range(2))
-    assert set(found.points) == {"albedo", "peak", "position", "width"}
-    for name, points in found.points.items():
-        for one, other in zip(points, again.points[name], strict=True):
-            assert one.squared.interval == other.squared.interval
+@pytest.fixture(scope="module")
+def strict():
+    return advise(MIRROR, 1e-4, "albedo", TINY, effects=False)
+
+
+def test_the_same_seed_gives_the_same_errors(strict):
+    again = advise(MIRROR, 1e-4, "albedo", TINY, effects=False)
+    one, other = (
+        {judged.point.name: judged.point.squared.interval for judged in found.tried}
+        for found in (strict, again)
+    )
+    assert one == other
+    assert len(one) == len(rungs_of(MIRROR, TINY))
 
 
 def test_rows_and_figure(found):
@@ -110,11 +120,12 @@ def test_advice_takes_the_cheapest_that_holds():
     assert costs == sorted(costs)
     cheaper = found.tried[: found.tried.index(found.chosen)]
     assert all(one.verdict != "holds" for one in cheaper)
+    assert f"use {found.chosen.point.name}" in commands.advise._lines(found)[0]
     assert found.skipped  # no surfaces were made for a tolerance of 100 %
 
 
-def test_where_nothing_holds_it_says_so_and_what_it_would_take():
-    found = advise(MIRROR, 1e-4, "albedo", TINY, effects=False)
+def test_where_nothing_holds_it_says_so_and_what_it_would_take(strict):
+    found = strict
     assert found.chosen is None
     assert not found.skipped
     assert found.best.error.below == min(one.error.below for one in found.tried)
@@ -123,19 +134,20 @@ def test_where_nothing_holds_it_says_so_and_what_it_would_take():
     assert found.reference.surfaces == TINY.most
 
 
-def test_effects_have_the_sign_and_size_they_must():
+def test_effects_have_the_sign_and_size_they_must(monkeypatch):
     """Of a white surface without interface: no substrate is nothing, one order loses light."""
+    monkeypatch.setattr(effects, "WALKS", 10_000)
     white = replace(SCENE, material=Material(1.5, (1.0,)), roughness=Roughness(2.0, (0.5, 0.8)))
-    effects = {e.name: e for e in contributions(white, "albedo", seed=2)}
-    assert set(effects) == {
+    found = {e.name: e for e in contributions(white, "albedo", seed=2)}
+    assert set(found) == {
         "interface", "substrate", "multiple scattering", "anisotropy", "tail of the slopes",
         "masking", "structure",
     }  # fmt: skip
     # An IL facet at Kd = 1 is white, and so is a walk of all orders: nothing changes.
     for name in ("interface", "anisotropy", "tail of the slopes", "masking", "structure"):
-        assert abs(effects[name].change) < 1e-9
-    assert -1 < effects["substrate"].change < -0.5
-    assert -0.5 < effects["multiple scattering"].high < -0.01
+        assert abs(found[name].change) < 1e-9
+    assert -1 < found["substrate"].change < -0.5
+    assert -0.5 < found["multiple scattering"].high < -0.01
     bare = replace(white, material=Material(1.0, (0.5,)))
     assert "interface" not in {e.name for e in contributions(bare, "lobe", seed=2)}
     mirror = replace(white, material=Material(1.5, (0.0,)))
@@ -169,6 +181,7 @@ def test_what_can_not_be_asked_is_refused(scene, asked, message):
 
 def test_both_commands(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(EFFORTS, "quick", TINY)
+    monkeypatch.setattr(effects, "WALKS", 2000)
     file = tmp_path / "small.toml"
     file.write_text(scene_file.to_toml(MIRROR), encoding="utf-8")
 
@@ -191,4 +204,3 @@ def test_both_commands(tmp_path, monkeypatch, capsys):
     low, high = printed["error_ci"]
     assert low <= printed["error"] <= high
     assert np.isfinite(printed["seconds"])
-    assert f"use {printed['rung']}" in run("advise", file, "--tolerance", "0.5")
