@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint fresh gallery bench clean
+.PHONY: validate test test-long lint fresh gallery atlas calibration bench clean
 
 validate: $(READY) fresh
 	$(BIN)/microsurf validate
@@ -19,10 +19,19 @@ gallery: $(READY)
 	$(BIN)/python validation/gallery.py
 	$(BIN)/python validation/approximate_error.py
 
+# Goes on where it was stopped.
+atlas: $(READY) fresh
+	$(BIN)/python validation/atlas.py
+
+calibration: $(READY) fresh
+	$(BIN)/python validation/calibration.py
+	$(BIN)/python validation/verdict_rates.py
+
 # Wants a quiet machine and LLVM 19, see validation/peers/mitsuba.py.
 bench: $(READY) fresh
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
 	$(BIN)/python validation/bench.py
+	$(BIN)/python validation/bench_effects.py
 
 # numba keeps what it compiled until that file changes, and does not see what it calls change.
 fresh:

@@ -8,6 +8,8 @@ import numpy as np
 
 from .picture import Picture
 
+_SENTENCE = 24  # characters, from which on a cell is more than a name or a number
+
 
 @dataclass(frozen=True)
 class Table:
@@ -27,6 +29,11 @@ class Table:
     def columns(self) -> list[str]:
         """Of all rows, in the order in which they first appear."""
         return list(dict.fromkeys(key for row in self.rows for key in row))
+
+    def is_text(self, column: str) -> bool:
+        """Whether a column holds sentences, which read from the left and may wrap."""
+        cells = [row[column] for row in self.rows if column in row]
+        return any(isinstance(cell, str) and len(cell) > _SENTENCE for cell in cells)
 
     def shown(self, value: Any) -> str:
         """One cell as text."""

@@ -6,6 +6,7 @@ from typing import Any
 from .. import budget, verdict
 from ..invariants import Invariant
 from ..validate import Validation
+from ..verdict.budget import TERMS
 from . import attachments, budget_plot, candidate_plot
 from .picture import Picture
 from .section import Section, Table
@@ -93,8 +94,8 @@ def _budget(entry: Validation, slug: str) -> Section | None:
     )
     picture = Picture(f"{slug}-budget", budget_plot.figure(first), caption, rows)
     table = Table(
-        f"Terms in % of the prediction ± half their 95 % interval, Kd = {kd:g}; all quantities, "
-        "lobes and angles stand in the figure's CSV",
+        f"Terms in % of the prediction ± half their 95 % interval, Kd = {kd:g}; lobes and other Kd "
+        "stand in the figure's CSV; a term that is not there is 0",
         _table(first),
     )
     text = _BUDGET.format(refined=_REFINED if "mesh" in there else _COARSE)
@@ -104,13 +105,18 @@ def _budget(entry: Validation, slug: str) -> Section | None:
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A line for each quantity (no lobes) and angle, a column for each term."""
+    """A line for each quantity (no lobes) and angle, a column for each term that is not 0."""
     lines: dict[tuple[Any, ...], dict[str, Any]] = {}
+    ends = ("relative_low", "relative_high")
+    loud = {row["term"] for row in rows if any(row[end] for end in ends)}
     for row in rows:
         if row["relative_value"] is None or row["quantity"].count(" ") > 1:
             continue
         key = row["quantity"], row["theta_i"]
-        line = lines.setdefault(key, {"quantity": key[0], "θ_i (°)": f"{key[1]:g}"})
+        empty = {"quantity": key[0], "θ_i (°)": f"{key[1]:g}"}
+        line = lines.setdefault(key, empty | {t: "" for t in TERMS if t in loud})
+        if row["term"] not in loud:
+            continue
         half = 50 * (row["relative_high"] - row["relative_low"])
         line[row["term"]] = f"{100 * row['relative_value']:+.2f} ± {half:.2f}".replace("-", "−")
     return list(lines.values())
