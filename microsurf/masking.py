@@ -26,19 +26,19 @@ Array = NDArray[np.float64]
 
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99, 0.999, 1.0)
 """Of STD's ρ: edges of the bins."""
-RAYS = 65_536
-"""For each θ and surface; as many shadow rays again."""
+RAYS = 32_768
+"""For each θ and surface, and as many shadow rays: surfaces then differ by more than their rays."""
 SIDES = 4
 """From which light comes in turn where all are one: so many azimuths of each surface."""
-_GROUPS, _AZIMUTHS = 256, 64  # slopes of a bin, and azimuths, at which Smith is averaged
+_GROUPS, _AZIMUTHS = 64, 64  # slopes of a bin on each surface, and azimuths, Smith is averaged at
 _LEAST_SURFACES = 2
 
 
 class _Seen(NamedTuple):
-    """Of one surface: facets and their mean ρ by groups, by bin; visibilities by θ and φ."""
+    """Of one surface: share of facets by bin, groups of them; visibilities by θ and φ."""
 
     share: Array
-    slopes: list[Array]
+    groups: list[Array]
     beams: list[list[Visibility]]
 
 
@@ -65,7 +65,7 @@ def masking_by_slope(
     Returns
     -------
     list of dict
-        For each θ_i (at an anisotropic scene averaged over its φ_i, else over all sides) and
+        For each θ_i (averaged over the scene's φ_i, or over all sides if they are one) and
         bin of ρ = |(p/σ_x, q/σ_y)| that has facets facing the light:
         ``theta_i`` in degrees; ``rho_low``, ``rho_high`` (None: ∞); ``share`` of the projected
         area in the mesh, ``share_std`` in STD; ``facing``, the part of the light the bin would
@@ -73,7 +73,8 @@ def masking_by_slope(
         there sends out at once (0 below the horizon; height-correlated in Smith);
         ``specular``, the bin's part of the order-1 specular albedo per unit of ``share``.
         Each of these three with ``…_se``, its standard error over surfaces (over the rays if
-        there is one), and ``…_smith``.
+        there is one: at most, rays are stratified), and ``…_smith``; ``lost``, the part
+        of the rays of this θ_i that was lost.
 
     Raises
     ------
@@ -90,13 +91,15 @@ def masking_by_slope(
     made = surfaces_of(scene, seed) if surfaces is None else surfaces
     with ThreadPoolExecutor(workers) as crew:
         seen = [_look(scene, s, edges, seed, r, crew) for r, s in enumerate(made)]
-    slopes = [np.concatenate([s.slopes[b] for s in seen]) for b in range(len(edges) - 1)]
+    groups = [np.hstack([s.groups[b] for s in seen]) for b in range(len(edges) - 1)]
     share = np.mean([s.share for s in seen], axis=0)
     rows: list[dict[str, Any]] = []
     for t, theta in enumerate(scene.light.theta):
         facing, measured = _units([s.beams[t] for s in seen])
+        beams = [v for s in seen for v in s.beams[t]]
+        lost = sum(v.lost for v in beams) / sum(v.rays for v in beams)
         for b in np.flatnonzero(facing.mean(axis=0) > 0):
-            theory = _smith(scene, theta, slopes[b])
+            theory = _smith(scene, theta, *groups[b])
             row: dict[str, Any] = {
                 "theta_i": theta,
                 "rho_low": float(edges[b]),
@@ -104,6 +107,7 @@ def masking_by_slope(
                 "share": float(share[b]),
                 "share_std": QUANTILES[b + 1] - QUANTILES[b],
                 "facing": float(facing[:, b].mean()),
+                "lost": lost,
             }
             below = {"g1": facing[:, b], "g2": facing[:, b]}
             for name, values in measured.items():
@@ -114,9 +118,10 @@ def masking_by_slope(
     return rows
 
 
-def _azimuths(scene: Scene, realisation: int) -> Array:
-    """Where light comes from: the scene's φ, or all sides, other ones on each surface."""
-    if not scene.roughness.isotropic or scene.surface.file is not None:
+def _azimuths(scene: Scene, surface: Heightfield, realisation: int) -> Array:
+    """Where light comes from: as in `measure` the scene's φ, or all sides if they are one."""
+    made = surface.recipe
+    if scene.requires.azimuth or "sigma_x" not in made or made["sigma_x"] != made.get("sigma_y"):
         return np.array(scene.light.phi)
     # Golden ratio: any number of surfaces has them spread evenly over the quarter turn.
     offset = realisation * (np.sqrt(5) - 1) / 2 % 1
@@ -135,7 +140,7 @@ def _look(
     rough, material = scene.roughness, scene.material
     tile = EmbreeTile(from_heights(made.heights, made.flipped))
     facets = facets_of(tile.grid, rough.sigma_x, rough.sigma_y, edges)
-    sides = _azimuths(scene, realisation)
+    sides = _azimuths(scene, surface, realisation)
     rays = -(-RAYS // len(sides))
 
     def beam(place: tuple[int, int]) -> Visibility:
@@ -147,25 +152,21 @@ def _look(
     angles = range(len(scene.light.theta))
     found = list(crew.map(beam, [(t, s) for t in angles for s in range(len(sides))]))
     beams = [found[t * len(sides) : (t + 1) * len(sides)] for t in angles]
-    share, slopes = _slopes(facets, rough.sigma_x, rough.sigma_y)
-    return _Seen(share, slopes, beams)
+    return _Seen(*_groups(facets, rough.sigma_x, rough.sigma_y), beams)
 
 
-def _slopes(facets: Facets, sigma_x: float, sigma_y: float) -> tuple[Array, list[Array]]:
-    """Share of the facets in each bin, and the mean ρ of groups of like ones of the same size."""
+def _groups(facets: Facets, sigma_x: float, sigma_y: float) -> tuple[Array, list[Array]]:
+    """Share of the facets in each bin; mean ρ and number of groups of like ones, shape (2, …)."""
     rho = np.hypot(facets.p / sigma_x, facets.q / sigma_y)
     counts = np.bincount(facets.bin, minlength=facets.bins)
-    by_bin = np.split(np.sort(rho), np.cumsum(counts)[:-1])
-    groups = [
-        # Some of the flatter ones are left out, or groups would not weigh the same.
-        of_bin[len(of_bin) % _groups(of_bin) :].reshape(_groups(of_bin), -1).mean(axis=1)
-        for of_bin in by_bin
-    ]
+    groups = []
+    for of_bin in np.split(np.sort(rho), np.cumsum(counts)[:-1]):
+        count = min(len(of_bin), _GROUPS)
+        begin = np.arange(count) * len(of_bin) // max(count, 1)
+        size = np.diff(begin, append=len(of_bin))
+        sums = np.add.reduceat(of_bin, begin) if count else np.empty(0)
+        groups.append(np.stack([sums / size[:count], size[:count]]))
     return counts / len(rho), groups
-
-
-def _groups(of_bin: Array) -> int:
-    return max(min(len(of_bin), _GROUPS), 1)
 
 
 def _units(beams: list[list[Visibility]]) -> tuple[Array, dict[str, Array]]:
@@ -189,11 +190,11 @@ def _ratio(values: Array, over: Array) -> tuple[float, float]:
     return float(ratio), float(spread / over.mean())
 
 
-def _smith(scene: Scene, theta: float, slopes: Array) -> dict[str, float]:
-    """Smith's G1, G2 and specular part of facets of these ρ at uniform azimuth."""
+def _smith(scene: Scene, theta: float, slopes: Array, numbers: Array) -> dict[str, float]:
+    """Smith's G1, G2 and specular part of so many facets of these ρ at uniform azimuth."""
     rough, material = scene.roughness, scene.material
     law = (rough.gamma, rough.sigma_x, rough.sigma_y)
-    sides = _azimuths(scene, 0)[: 1 if rough.isotropic else None]
+    sides = scene.light.phi[: 1 if rough.isotropic else None]
     turn = 2 * np.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
     p = rough.sigma_x * np.outer(slopes, np.cos(turn))
     q = rough.sigma_y * np.outer(slopes, np.sin(turn))
@@ -208,7 +209,8 @@ def _smith(scene: Scene, theta: float, slopes: Array) -> dict[str, float]:
         g1 = smith.g1(i, *law)
         taken = slant / i[2]
         mirrored = reflectance(cosine, material.n, material.k)
-        sums += [np.mean(v) for v in (taken, taken * g1, taken * g2, taken * g2 * mirrored)]
+        values = (taken, taken * g1, taken * g2, taken * g2 * mirrored)
+        sums += [np.average(v.mean(axis=1), weights=numbers) for v in values]
     facing, seen, passed, specular = sums
     return {
         "g1": float(seen / facing),

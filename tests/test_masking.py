@@ -12,7 +12,7 @@ from microsurf.surface import surfaces_of
 from microsurf.trace import measure
 
 
-def scene(sigma=(0.5, 0.4), theta=(0.0, 60.0), realisations=3, paths=65_536):
+def scene(sigma=(0.5, 0.4), theta=(0.0, 60.0), realisations=3, paths=masking.RAYS):
     return Scene(
         roughness=Roughness(2.5, sigma),
         material=Material(1.5, (0.0,)),
@@ -54,6 +54,7 @@ def test_rows_are_whole_and_the_same_for_any_workers():
         assert sum(r["share_std"] for r in mine) == pytest.approx(1)
         assert sum(r["facing"] * r["g1"] for r in mine) == pytest.approx(1, abs=1e-6)
         for row in mine:
+            assert row["lost"] == 0
             assert row["share"] == pytest.approx(row["share_std"], abs=2e-3)
             assert all(row[f"{name}_se"] >= 0 for name in ("g1", "g2", "specular"))
             assert np.isfinite([v for v in row.values() if v is not None]).all()
@@ -85,7 +86,7 @@ def test_smith_of_one_slope_is_its_integral(theta, rho):
     """Over the azimuth by quadrature, in angles; midpoints miss 1e−3 where facets turn away."""
     gamma, sigma = 2.0, 0.5
     asked = Scene(roughness=Roughness(gamma, (sigma,)), material=Material(1.5, (0.0,)))
-    found = masking._smith(asked, theta, np.array([rho]))
+    found = masking._smith(asked, theta, np.array([rho]), np.ones(1))
     t, tilt = np.radians(theta), np.arctan(sigma * rho)
 
     def ggx(z):  # Λ of γ = 2

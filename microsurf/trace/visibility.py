@@ -52,8 +52,11 @@ class Visibility:
         Facets that mirror light below the horizon count as closed.
     specular : ndarray, shape (BATCHES, bins)
         The same weighted by F(i·m): the bin's part of the order-1 specular albedo.
+    rays : int
+        Rays sent.
     lost : int
-        Rays that were lost, see `wave.LOST`; they count as not met, or as closed.
+        Those of them that were lost, or whose shadow ray was, see `wave.LOST`; they count as
+        not met, or as closed.
 
     """
 
@@ -61,6 +64,7 @@ class Visibility:
     met: Array
     open: Array
     specular: Array
+    rays: int
     lost: int
 
 
@@ -120,6 +124,7 @@ def visibility(
         met=by_bin(np.ones(len(found))),
         open=by_bin(passed),
         specular=by_bin(passed * reflectance(np.clip(cosine, 0, 1), n, k)),
+        rays=rays,
         lost=lost,
     )
 
