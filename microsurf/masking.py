@@ -2,7 +2,8 @@
 
 Where Smith's theory departs in the order-1 specular lobe, it is here that it does: D is
 the mesh's own, F is the same. See `trace.visibility` for what is measured, `physics.smith`
-for the theory; Smith's numbers are for the mesh's own slopes, at uniform azimuth.
+for the theory. Smith's numbers are averages over the mesh's own slopes at uniform azimuth,
+with Λ of all of STD: what a mesh lacks of the tail is 1 − Σ facing G1 of Smith's over the bins.
 """
 
 from collections.abc import Iterable
