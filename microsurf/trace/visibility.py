@@ -100,9 +100,11 @@ def visibility(
 ) -> Visibility:
     """Send ``rays`` from (θ, φ), in degrees, over the tile, and the mirrored ones on from there.
 
-    ``n`` and ``k`` are the facets' index; ``facets`` must be the tile's own. Takes at least
-    BATCHES rays.
+    ``n`` and ``k`` are the facets' index; ``facets`` must be the tile's own. Raises
+    ValueError if there are fewer rays than BATCHES.
     """
+    if rays < BATCHES:
+        raise ValueError(f"rays = {rays}: must be >= {BATCHES}, one for each batch")
     hit, free, lost = _first_hits(tile, theta, phi, rays, rng)
     light = direction(theta, phi)
     slant = light[2] - light[0] * facets.p - light[1] * facets.q  # i·m/m_z

@@ -216,3 +216,10 @@ def test_bins_that_are_none(sigma, edges):
     grid = from_heights(bumps(), np.zeros((48, 32), bool))
     with pytest.raises(ValueError, match=r"must ascend|sigma > 0"):
         visibility.facets_of(grid, sigma, 1.0, np.array(edges, float))
+
+
+def test_each_batch_has_a_ray():
+    surface = made(bumps())
+    assert see(*surface, 30.0, rays=BATCHES).met.sum(axis=1) == pytest.approx(np.ones(BATCHES))
+    with pytest.raises(ValueError, match="one for each batch"):
+        see(*surface, 30.0, rays=BATCHES - 1)
