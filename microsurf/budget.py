@@ -61,7 +61,7 @@ def budget_of(
     *,
     theory: tuple[xr.Dataset, xr.Dataset | None] | None = None,
     refinement: Refinement | None = None,
-    exchange: Mapping[tuple[float, float], Mapping[str, float]] | None = None,
+    exchange: Mapping[float, Mapping[str, float]] | None = None,
     walks: int = WALKS,
     seed: int = 0,
 ) -> list[Budget]:
@@ -81,8 +81,8 @@ def budget_of(
         Smith's, if ``predicted`` is another's.
     refinement : Refinement, optional
         What mesh and tile leave; without it these terms are absent.
-    exchange : mapping by (θ_i, φ_i), optional
-        See `verdict.budget.Case`, at unit Kd's specular part.
+    exchange : mapping by θ_i, optional
+        See `exchange_of`.
     walks, seed : int
         Of the walk with the surfaces' slopes.
 
@@ -124,12 +124,26 @@ def budget_of(
                     mesh=None if refinement is None else refinement.parts("mesh", kd, (t, p)),
                     tile=None if refinement is None else refinement.parts("tile", kd, (t, p)),
                     lost=float(lost[t, p]),
-                    exchange=None if exchange is None else exchange.get((theta, phi)),
+                    exchange=None if exchange is None else exchange.get(theta),
                 )
                 sizes = {q: seen[q].value for q in seen}
                 sizes["total"] = sum(sizes[q] for q in (*FIRST, *HIGHER) if q in sizes)
                 budgets.append(Budget(theta, phi, kd, sizes, split(case)))
     return budgets
+
+
+def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, float]]:
+    """By how much slopes and masking of the specular order 1 depend on who is substituted first.
+
+    Out of rows of `masking.masking_by_slope`: with shares s of the slopes and contributions c
+    the slopes' term is Σ (s − s_STD) c with Smith's c, or with the measured ones.
+    """
+    found: dict[float, float] = {}
+    for row in by_slope:
+        shift = row["share"] - row["share_std"]
+        apart = shift * (row["specular"] - row["specular_smith"])
+        found[row["theta_i"]] = found.get(row["theta_i"], 0.0) + apart
+    return {theta: {FIRST[0]: value} for theta, value in found.items()}
 
 
 def _parts(

@@ -9,6 +9,7 @@ import xarray as xr
 
 from . import budget as budgets
 from . import invariants, left_out, model, summary, verdict
+from .masking import masking_by_slope
 from .refinement import refine
 from .scene import BECKMANN, Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
@@ -49,6 +50,9 @@ class Validation:
         What the effects that the scene leaves out cost, see `left_out.cost`.
     budget : list of Budget
         Where each difference comes from, see `budget.budget_of`; empty for a flat scene.
+    masking : list of dict
+        Masking and shadowing by facet slope, see `masking.masking_by_slope`; empty unless
+        the scene was refined.
     seconds : float
         All of it.
     trial : Trial or None
@@ -70,6 +74,7 @@ class Validation:
     fit: StdFit | None = None
     left_out: list[dict[str, Any]] = field(default_factory=list)
     budget: list[budgets.Budget] = field(default_factory=list)
+    masking: list[dict[str, Any]] = field(default_factory=list)
     seconds: float = 0.0
     trial: verdict.Trial | None = None
     faults: list[str] = field(default_factory=list)
@@ -93,7 +98,7 @@ def validate_scene(
 
     A surface that comes from a file is compared with the STD fitted to its facet
     slopes by maximum likelihood. ``refined``: what mesh and tile leave is measured too,
-    on a dozen more surfaces.
+    on a dozen more surfaces, and masking by facet slope.
     """
     begin = time.perf_counter()
     surfaces = list(surfaces_of(scene, seed)) if scene.requires.roughness else None
@@ -108,8 +113,10 @@ def validate_scene(
         predicted[WALK] = model.walk(
             theory, WALK, walks=WALKS, seed=seed, workers=workers, progress=progress
         )
-    terms = []
+    terms, by_slope = [], []
     if surfaces:
+        if refined:
+            by_slope = masking_by_slope(theory, surfaces, seed=seed, workers=workers)
         terms = budgets.budget_of(
             theory,
             measured,
@@ -118,6 +125,7 @@ def validate_scene(
             refinement=refine(scene, measured, seed=seed, workers=workers, progress=progress)
             if refined
             else None,
+            exchange=budgets.exchange_of(by_slope),
             walks=min(budgets.WALKS, scene.accuracy.paths * len(surfaces)),
             seed=seed,
         )
@@ -142,6 +150,7 @@ def validate_scene(
             scene, measured, surfaces, seed=seed, workers=workers, progress=progress
         ),
         budget=terms,
+        masking=by_slope,
         seconds=time.perf_counter() - begin,
     )
 
@@ -181,6 +190,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "fit": None if entry.fit is None else _finite(vars(entry.fit)),
         "left_out": entry.left_out,
         "budget": budgets.rows(entry.budget),
+        "masking": entry.masking,
         "trial": None if entry.trial is None else entry.trial.as_json(),
         "seconds": entry.seconds,
     }

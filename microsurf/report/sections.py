@@ -7,7 +7,7 @@ from .. import budget, verdict
 from ..invariants import Invariant
 from ..validate import Validation
 from ..verdict.budget import TERMS
-from . import attachments, budget_plot, candidate_plot
+from . import attachments, budget_plot, candidate_plot, masking_plot
 from .picture import Picture
 from .section import Section, Table
 
@@ -22,6 +22,12 @@ _COARSE = "Mesh and tile were not measured (--no-refine): what they leave is in 
 _CAPTION = (
     "Where the difference comes from, Kd = {kd:g}{phi}. Bars: terms; diamonds: what they add up "
     "to, with the noise of rays and surfaces. Not drawn: {hidden}."
+)
+_MASKING = (
+    "Masking (G1) and masking with shadowing of mirror pairs (G2, 0 below the horizon) of the "
+    "mesh's own facets, by slope: measured by shadow rays with 95 % intervals over surfaces "
+    "(symbols), and by Smith's theory in the same bins (lines). Differences of opposite sign "
+    "cancel in albedos."
 )
 _INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
 largest that is no fault. Those decided by chance alarm falsely in about one report of 10 000."""
@@ -40,6 +46,7 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
             for section in (
                 _candidate(entry, slug),
                 _budget(entry, slug),
+                _masking(entry, slug),
                 _left_out(entry),
                 _invariants(entry.invariants, "What must hold here"),
             )
@@ -102,6 +109,14 @@ def _budget(entry: Validation, slug: str) -> Section | None:
     return Section(
         "budget", "Where each difference comes from", text, (table,), (picture,), ("heitz2016",)
     )
+
+
+def _masking(entry: Validation, slug: str) -> Section | None:
+    if not entry.masking:
+        return None
+    drawn = masking_plot.rows(entry.masking, entry.measured.sizes["realisation"])
+    picture = Picture(f"{slug}-masking", masking_plot.figure(drawn), _MASKING, drawn)
+    return Section("masking", "Masking by facet slope", "", (), (picture,), ("smith1967",))
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
