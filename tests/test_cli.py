@@ -616,6 +616,7 @@ LAMBERT = "[material]\nn = 1.0\nkd = 0.5\n[roughness]\nsigma = 0\n[light]\ntheta
 def test_ones_own_brdf_stands_in_the_models_place(run, refused, monkeypatch):
     """n = 1 and σ = 0 is Lambert's, so that a callable of one line is right or wrong."""
     monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [])
     Path("own_lambert.py").write_text(OWN)
     Path("scene.toml").write_text(LAMBERT + "[accuracy]\npaths = 2000\n")
     options = ("validate", "scene.toml", "--out", "r", "--json", "--model")
@@ -640,7 +641,8 @@ def test_ones_own_brdf_stands_in_the_models_place(run, refused, monkeypatch):
     sys.modules.pop("own_lambert")
 
 
-def test_what_moved_is_told_and_does_not_change_the_exit_code(run, refused):
+def test_what_moved_is_told_and_does_not_change_the_exit_code(run, refused, monkeypatch):
+    monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [])
     scene = LAMBERT + "[accuracy]\npaths = 2000\n"
     Path("scene.toml").write_text(scene)
     run("validate", "scene.toml", "--out", "r")

@@ -16,7 +16,7 @@ def row(effect, half=0.01, model="own", predicted=0.5, margin=0.05):
     return Comparison(
         quantity="body", theta_i=30.0, phi_i=0.0, kd=0.5, measured=predicted * (1 + effect),
         standard_error=0.001, model=model, predicted=predicted, predicted_error=0.0,
-        effect=effect, low=low, high=high, basis="4 surfaces", margin=margin,
+        effect=effect, low=low, high=high, basis="4 surfaces", surfaces=4, margin=margin,
         verdict=decide(low, high, margin),
         expected="holds", why="",
     )  # fmt: skip
