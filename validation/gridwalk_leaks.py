@@ -88,7 +88,7 @@ def main() -> None:
     """Write the table."""
     rng = np.random.default_rng(12)
     table = []
-    for gamma, sigma, *_ in tqdm(ORDINARY, desc="leaks", disable=None):
+    for gamma, sigma, _ in tqdm(ORDINARY, desc="leaks", disable=None):
         embree = EmbreeTile(ordinary(gamma, sigma))
         for theta in THETAS:
             row = leaks(embree, theta, rng)
