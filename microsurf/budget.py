@@ -13,9 +13,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
-from . import precision, summary
-from .model.realised import Slopes, walk_realised
+from . import precision, result, summary
+from .model.realised import Slopes
 from .model.realised_first import first_order_change
+from .model.realised_later import BATCHES, order_change
 from .physics.facet import body_weight
 from .refinement import Refinement
 from .scene import Scene
@@ -26,7 +27,7 @@ from .verdict.components import FIRST, HIGHER, LOBES, components, of_order_one
 Array = NDArray[np.float64]
 
 WALKS = 400_000
-"""Of the realised slopes, for each angle: 8e−4 of an albedo at most."""
+"""Behind the slopes' effect on later orders, for each angle: 1e−4 of an albedo, about."""
 _NORMAL = float(stats.norm.ppf(0.975))
 _SEEDS = 4
 """Runs of the paired difference of order 1: its error is their spread."""
@@ -94,9 +95,9 @@ def budget_of(
     """
     slopes = slopes_of(surfaces, scene)
     n = scene.material.n
-    realised_walk = None
+    later = None
     if scene.requires.multiple_scattering and predicted[1] is not None:
-        realised_walk = walk_realised(scene, slopes, walks=walks, seed=seed)
+        later = order_change(scene, slopes, walks=walks, seed=seed).change
     lost = summary.lost_paths(measured).values
     budgets = []
     for t, theta in enumerate(scene.light.theta):
@@ -109,17 +110,17 @@ def budget_of(
                 weight = float(body_weight(n, kd))
                 seen = _parts(predicted, n, kd, (t, p))
                 ideal = seen if theory is None else _parts(theory, n, kd, (t, p))
-                realised = _realised(ideal, [c[0] for c in changes], weight)
-                if realised_walk is not None:
-                    walked = _walked(realised_walk, n, kd, (t, p))
-                    realised |= {q: walked[q] for q in HIGHER if q in ideal}
+                effect = _of_slopes([of_order_one(c[0], weight) for c in changes])
+                if later is not None:
+                    walked = _later(later.isel(theta_i=t, phi_i=p), n, kd)
+                    effect |= {q: walked[q] for q in HIGHER if q in ideal}
                 mirrored = float(np.mean([c[2][0] for c in changes]))
                 case = Case(
                     measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
                     ray_errors=_ray_errors(measured, n, kd, (t, p)),
                     predicted=seen,
                     theory=ideal,
-                    realised=realised,
+                    slopes=effect,
                     scattered=mirrored + weight * (1 - mirrored),
                     mesh=None if refinement is None else refinement.parts("mesh", kd, (t, p)),
                     tile=None if refinement is None else refinement.parts("tile", kd, (t, p)),
@@ -170,18 +171,20 @@ def _walked(walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]) -> di
     }
 
 
-def _realised(
-    ideal: Mapping[str, Estimate], changes: Sequence[Array], weight: float
-) -> dict[str, Estimate]:
-    """Order 1 with the surfaces' slopes: the ideal one and the paired change."""
-    runs = [of_order_one(change, weight) for change in changes]
+def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, Estimate]:
+    """What slopes change of each part: mean of independent runs, its error from their spread."""
+    factor = float(stats.t.ppf(0.975, len(runs) - 1)) / np.sqrt(len(runs))
     found = {}
-    for q in (*FIRST, *LOBES):
+    for q in runs[0]:
         values = np.array([run[q] for run in runs])
-        factor = float(stats.t.ppf(0.975, len(values) - 1)) / np.sqrt(len(values))
-        change = Estimate(float(values.mean()), factor * float(values.std(ddof=1)))
-        found[q] = Estimate(ideal[q].value + change.value, change.half)
+        found[q] = Estimate(float(values.mean()), factor * float(values.std(ddof=1)))
     return found
+
+
+def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, Estimate]:
+    """The same of later orders."""
+    albedos = result.by_kind(change, n, kd).sum("kind").transpose("batch", "order").values[:, 1:]
+    return _of_slopes([dict(zip(HIGHER, albedos[k], strict=True)) for k in range(BATCHES)])
 
 
 def _ray_errors(

@@ -45,6 +45,10 @@ class Estimate:
         """Difference of independent estimates."""
         return Estimate(self.value - other.value, float(np.hypot(self.half, other.half)))
 
+    def __add__(self, other: "Estimate") -> "Estimate":
+        """Sum of independent estimates."""
+        return Estimate(self.value + other.value, float(np.hypot(self.half, other.half)))
+
 
 NOTHING = Estimate(0.0)
 Parts = Mapping[str, Estimate]
@@ -60,8 +64,11 @@ class Case:
         Each part on each surface.
     ray_errors : mapping of float
         Standard errors of the rays, used where there is one surface.
-    predicted, theory, realised : mapping of Estimate
-        The candidate; Smith with STD; Smith with the slopes of the surfaces.
+    predicted, theory : mapping of Estimate
+        The candidate; Smith with STD.
+    slopes : mapping of Estimate
+        What the slopes of the surfaces change about the latter, from the same random
+        numbers: the sampling of ``theory`` is not in it.
     scattered : float
         What the first facets scatter of the light, with the slopes of the surfaces.
     mesh, tile : mapping of Estimate or None
@@ -77,12 +84,16 @@ class Case:
     ray_errors: Mapping[str, float]
     predicted: Parts
     theory: Parts
-    realised: Parts
+    slopes: Parts
     scattered: float
     mesh: Parts | None = None
     tile: Parts | None = None
     lost: float = 0.0
     exchange: Mapping[str, float] | None = None
+
+    def realised(self, q: str) -> Estimate:
+        """Smith with the slopes of the surfaces."""
+        return self.theory[q] + self.slopes[q]
 
 
 @dataclass(frozen=True)
@@ -105,10 +116,10 @@ def split(case: Case) -> dict[str, dict[str, Term]]:
     first = {q: _first(case, q) for q in (*FIRST, *LOBES)}
     let_out = sum((first[q]["masking"] for q in FIRST), _Sum.nothing())
     parts: dict[str, dict[str, _Sum]] = dict(first)
-    goes_on = case.scattered - sum(case.realised[q].value for q in FIRST)
+    goes_on = case.scattered - sum(case.realised(q).value for q in FIRST)
     for q in HIGHER:
-        if q in case.measured and q in case.realised:
-            rate = case.realised[q].value / goes_on if goes_on > 0 else 0.0
+        if q in case.measured and q in case.slopes:
+            rate = case.realised(q).value / goes_on if goes_on > 0 else 0.0
             parts[q] = _later(case, q, rate, let_out)
     adding = [parts[q] for q in (*FIRST, *HIGHER) if q in parts]
     parts[TOTAL] = {
@@ -167,7 +178,7 @@ def _before(case: Case, q: str) -> dict[str, _Sum]:
         "law": _Sum.of(
             NOTHING if case.theory is case.predicted else case.theory[q] - case.predicted[q]
         ),
-        "slopes": _Sum.of(case.realised[q] - case.theory[q]),
+        "slopes": _Sum.of(case.slopes[q]),
     }
     for term, parts in (("mesh", case.mesh), ("tile", case.tile)):
         if parts is not None:
@@ -181,8 +192,8 @@ def _before(case: Case, q: str) -> dict[str, _Sum]:
 def _rest(case: Case, q: str, before: Mapping[str, _Sum]) -> _Sum:
     """What is left of measured − realised on each surface."""
     explained = [before[term] for term in ("mesh", "losses") if term in before]
-    fixed = sum(found.fixed for found in explained) + case.realised[q].value
-    half = float(np.linalg.norm([case.realised[q].half, *(found.half for found in explained)]))
+    fixed = sum(found.fixed for found in explained) + case.realised(q).value
+    half = float(np.linalg.norm([case.realised(q).half, *(found.half for found in explained)]))
     return _Sum(0.0, half, np.asarray(case.measured[q], float) - fixed)
 
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from realised_walk import Facets, walk_realised
 
 from microsurf import model, summary
-from microsurf.model.realised import Slopes, walk_realised
 from microsurf.model.realised_first import first_order_change
 from microsurf.physics import smith, std, visible
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
@@ -17,7 +17,7 @@ COUNT = 2**20
 
 def of_std(gamma, sigma_x, sigma_y):
     u = (np.arange(COUNT) + 0.5) / COUNT
-    return Slopes(std.slope_quantile(u, gamma), sigma_x, sigma_y)
+    return Facets(std.slope_quantile(u, gamma), sigma_x, sigma_y)
 
 
 def towards(theta, phi=0.3):

@@ -17,11 +17,11 @@ def case(rng=None, *, noise=0.0, change=None, realised=None, predicted=None, cou
     for q, v in (THEORY | LOBE).items():
         spread = np.zeros(count) if rng is None else rng.normal(0, noise * v, count)
         measured[q] = v * (1 + (change or {}).get(q, 0.0)) + spread
-    changed = {q: Estimate(e.value * (1 + (realised or {}).get(q, 0.0))) for q, e in theory.items()}
+    slopes = {q: Estimate(e.value * (realised or {}).get(q, 0.0)) for q, e in theory.items()}
     own = theory if predicted is None else {
         q: Estimate(e.value * (1 + predicted.get(q, 0.0))) for q, e in theory.items()
     }  # fmt: skip
-    return Case(measured, {}, own, theory, changed, scattered=0.6, **more)
+    return Case(measured, {}, own, theory, slopes, scattered=0.6, **more)
 
 
 def test_terms_add_up_to_the_difference():
