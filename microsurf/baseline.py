@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from .errors import InputError
 from .files import check_readable
+from .verdict.significance import holm
 
 SCHEMA = 2
 """Version of report.json: another one has other keys, or another meaning of one."""
@@ -132,15 +132,6 @@ def against(new: dict[str, Any], old: dict[str, Any], name: str) -> dict[str, An
         "appeared": _gone(new, old, now, before),
         "vanished": _gone(old, new, before, now),
     }
-
-
-def holm(p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Holm's adjusted p-values: below a level, that of the whole family."""
-    order = np.argsort(p)
-    steps = np.maximum.accumulate((len(p) - np.arange(len(p))) * p[order])
-    adjusted = np.empty(len(p))
-    adjusted[order] = np.minimum(steps, 1.0)
-    return adjusted
 
 
 def _rows(document: dict[str, Any]) -> Iterator[tuple[Key, dict[str, Any]]]:

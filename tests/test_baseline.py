@@ -109,13 +109,6 @@ def test_verdicts_that_changed_and_scenes_that_came_and_went_are_told():
     assert found["vanished"] == ["scene gone", "one: total at θ_i = 30, φ_i = 0, Kd = 0.5"]
 
 
-def test_holm_is_that_of_his_example():
-    """p 0.01, 0.005, 0.03, 0.04: 0.03, 0.02, 0.06, 0.06 (steps 4, 3, 2, 1)."""
-    found = baseline.holm(np.array([0.01, 0.005, 0.03, 0.04]))
-    np.testing.assert_allclose(found, [0.03, 0.02, 0.06, 0.06])
-    assert baseline.holm(np.array([])).size == 0
-
-
 def test_a_report_reads_back(tmp_path):
     path = tmp_path / "old.json"
     document = report(row())

@@ -46,6 +46,10 @@ class FieldKs:
 def field_ks(u: Array, rng: np.random.Generator) -> FieldKs:
     """Test whether a stationary periodic field is uniform in 0 … 1.
 
+    Trust it from 32 correlation lengths a side. On smaller tiles the covariance is measured
+    on too few patches and the test rejects too often: at a nominal 5 % in 9 % of fields of
+    96² facets and correlation length 6, 16 lengths a side.
+
     Parameters
     ----------
     u : ndarray, shape (rows, columns)

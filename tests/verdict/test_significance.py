@@ -115,6 +115,7 @@ def test_sidak_is_uniform_and_its_level_its_inverse(judge):
 def test_holm_by_hand_and_over_dependent_tests(judge):
     np.testing.assert_allclose(significance.holm([0.01, 0.04, 0.03]), [0.03, 0.06, 0.06])
     np.testing.assert_allclose(significance.holm([[0.5, 0.9]]), [[1.0, 1.0]])
+    assert significance.holm([]).size == 0
     rng = np.random.default_rng(judge.seed(8))
     shared = rng.standard_normal((SEEDS, 1)) + 0.5 * rng.standard_normal((SEEDS, 12))
     p = 2 * stats.norm.sf(np.abs(shared) / np.sqrt(1.25))
