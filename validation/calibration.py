@@ -1,6 +1,6 @@
 """How often the tests of the suite reject nothing, and how often they catch a defect.
 
-    python validation/calibration.py    # ten minutes on two cores
+    python validation/calibration.py    # half an hour on two cores; goes on where it was stopped
 
 Writes reports/calibration: calibration.md and .csv. Each test of `nulls` runs on 200 seeds
 with nothing to find, each defect of `defects` on 100 seeds, at the sample size and the level
@@ -8,6 +8,7 @@ of the suite. Exits with 1 if a rate lies outside its interval or a defect is mi
 """
 
 import csv
+import hashlib
 import sys
 import time
 from collections.abc import Callable
@@ -22,7 +23,11 @@ import numpy as np
 from scipy import stats
 from tqdm import tqdm
 
+from microsurf.files import whole_file
+
 OUT = Path(__file__).parents[1] / "reports" / "calibration"
+KEPT = Path(__file__).parents[1] / "reports" / "latest" / "calibration"
+"""p-values of what is through; git ignores them. Remove them to start anew."""
 SEEDS, CONTROLS, CAUGHT = 200, 100, 99
 FIRST = 10_000  # seeds that no test of the suite uses
 LEVELS = (0.05, 0.01)
@@ -106,16 +111,28 @@ def null_rows(name: str, p_values: np.ndarray) -> list[Row]:
     return rows
 
 
+def p_values(
+    pool: ProcessPoolExecutor, name: str, run: Callable[[int], float], seeds: int
+) -> np.ndarray:
+    """One for each seed, from the last run if that came so far."""
+    kept = KEPT / f"{hashlib.sha256(name.encode()).hexdigest()[:16]}.npy"
+    if kept.exists():
+        return np.asarray(np.load(kept))
+    values = np.array(list(pool.map(run, range(FIRST, FIRST + seeds), chunksize=4)))
+    with whole_file(kept) as temporary, temporary.open("wb") as file:
+        np.save(file, values)
+    return values
+
+
 def rows() -> list[Row]:
     """Run it all."""
     found: list[Row] = []
+    KEPT.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(2) as pool:
         for name in tqdm(nulls.NULLS, desc="nulls", disable=None):
-            run = partial(null, name)
-            values = np.array(list(pool.map(run, range(FIRST, FIRST + SEEDS), chunksize=10)))
-            found += null_rows(name, values)
+            found += null_rows(name, p_values(pool, name, partial(null, name), SEEDS))
         for name, by, run in tqdm(DEFECTS, desc="defects", disable=None):
-            values = np.array(list(pool.map(run, range(FIRST, FIRST + CONTROLS), chunksize=10)))
+            values = p_values(pool, f"{name}, {by}", run, CONTROLS)
             count = int((values <= LEVEL).sum())
             found.append(Row("defect", name, by, LEVEL, CONTROLS, count, CAUGHT, CONTROLS, None))
     return found

@@ -4,6 +4,7 @@ Each takes a seed and what is planted and returns a p-value, 0 or 1 where nothin
 random. `tests/controls` and `calibration.py` ask the same functions at the same size.
 """
 
+from functools import cache
 from importlib import import_module
 from types import FunctionType
 from typing import Any
@@ -123,6 +124,7 @@ def _wrong_lambda(gamma: float, sigma_x: float, sigma_y: float) -> Law:
     return law._replace(table=law.table * 1.01)
 
 
+@cache
 def _quadrature() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     i, o = (np.array([direction(*pair[k]) for pair in PAIRS]) for k in (0, 1))
     return i, o, np.array(model.evaluate(SMITH, i, o, "smith"))
