@@ -60,7 +60,7 @@ def test_terms_add_up_to_measured_less_predicted(made):
 
 def test_slopes_two_per_cent_too_steep_are_slopes(made):
     surfaces, _, predicted = made
-    many = replace(SMALL, accuracy=Accuracy(262_144))  # the rays' noise must not move the share
+    many = replace(SMALL, accuracy=Accuracy(131_072))  # the rays' noise must not move the share
     steep = [replace(h, heights=1.02 * h.heights) for h in surfaces]
     before = of(many, measure(many, surfaces, seed=2), predicted, surfaces)
     after = of(many, measure(many, steep, seed=2), predicted, steep)
