@@ -16,7 +16,8 @@ from .compare import CONFIDENCE, Comparison, decide, half_width
 from .significance import sidak_level
 
 ERROR_RATE = (1 - CONFIDENCE) / 2
-"""Probability that one verdict is wrong, at most."""
+"""Probability that one verdict is wrong, at most, if surfaces differ normally; of heavy tails on
+small tiles 4 % were measured (validation/verdict_rates.py)."""
 
 
 @dataclass(frozen=True)
