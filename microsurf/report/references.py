@@ -1,4 +1,4 @@
-"""The literature a report may cite; a DOI stands only where it was looked up."""
+"""The literature a report may cite; a DOI stands only where we are sure of it."""
 
 from dataclasses import dataclass
 
