@@ -53,7 +53,7 @@ def assert_same(out, unbroken):
 
 def test_killed_and_resumed_has_the_same_bits(tmp_path):
     out, unbroken = tmp_path / "m.nc", tmp_path / "unbroken.nc"
-    words = command(20_000, 12, out)
+    words = command(20_000, 30, out)
     with start(*words) as process:
         wait_for_pieces(process, out, 8)
         process.kill()
@@ -66,7 +66,7 @@ def test_killed_and_resumed_has_the_same_bits(tmp_path):
     assert "add --resume" in err
     found = json.loads(finished(*words, "--resume", "--json"))
     assert found["file"] == str(out)
-    finished(*command(20_000, 12, unbroken))
+    finished(*command(20_000, 30, unbroken))
     assert_same(out, unbroken)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.nc", "unbroken.nc"]
 
