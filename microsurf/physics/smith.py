@@ -148,7 +148,10 @@ def g2_height_correlated(
     i: ArrayLike, o: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None
 ) -> Array:
     """G2 = 1/(1+Λ(i)+Λ(o)) (Heitz 2014, eq. 99), for facets that face both."""
-    seen_i, seen_o = g1(i, gamma, sigma_x, sigma_y), g1(o, gamma, sigma_x, sigma_y)
-    # The same in terms of G1, which stays finite at the horizon where Λ is not.
+    return height_correlated(g1(i, gamma, sigma_x, sigma_y), g1(o, gamma, sigma_x, sigma_y))
+
+
+def height_correlated(seen_i: Array, seen_o: Array) -> Array:
+    """G2 = 1/(1+Λ(i)+Λ(o)) in terms of both G1, which stay finite at the horizon where Λ is not."""
     with np.errstate(divide="ignore", over="ignore"):
         return np.asarray(1 / (1 / seen_i + 1 / seen_o - 1))

@@ -84,6 +84,4 @@ def g2_height_correlated(
     i: ArrayLike, o: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None
 ) -> Array:
     """1/(1+Λ(i)+Λ(o)) by the fit."""
-    seen_i, seen_o = g1(i, gamma, sigma_x, sigma_y), g1(o, gamma, sigma_x, sigma_y)
-    with np.errstate(divide="ignore", over="ignore"):
-        return np.asarray(1 / (1 / seen_i + 1 / seen_o - 1))
+    return smith.height_correlated(g1(i, gamma, sigma_x, sigma_y), g1(o, gamma, sigma_x, sigma_y))
