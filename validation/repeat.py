@@ -6,11 +6,13 @@
 Writes repeat.md and repeat.csv, a row for each comparison, to reports/calibration. Two
 verdicts may disagree, by their stated rates, only where an interval ends near the margin;
 none may flip between holds and departs (exit code 1 if one does). Fewer rays make intervals
-wider where rays decide them, and leave them where surfaces do.
+wider where rays decide them, and leave them where surfaces do. Finished scenes are kept in
+reports/latest/repeat: the same command goes on after a stop; delete it to begin again.
 """
 
 import argparse
 import csv
+import json
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from microsurf.files import whole_file
 from microsurf.scene import Scene
 from microsurf.scene_file import read
 from microsurf.validate import validate_scene
@@ -25,6 +28,7 @@ from microsurf.verdict import Comparison
 
 HERE = Path(__file__).parent
 OUT = HERE.parent / "reports" / "calibration"
+KEPT = HERE.parent / "reports" / "latest" / "repeat"
 SEEDS = 1000, 2000  # apart from the report's own
 Row = dict[str, object]
 
@@ -60,6 +64,22 @@ def rows_of(name: str, runs: Sequence[Sequence[Comparison]]) -> list[Row]:
 def _shift(one: Comparison, other: Comparison) -> float:
     error = np.hypot(one.standard_error, other.standard_error) / one.predicted
     return float((one.effect - other.effect) / error) if error > 0 else 0.0
+
+
+def kept_rows(path: Path) -> list[Row]:
+    """The rows of a scene, run now or by an earlier call."""
+    kept = KEPT / f"{path.stem}.json"
+    if not kept.exists():
+        KEPT.mkdir(parents=True, exist_ok=True)
+        scene = read(path)
+        runs = [
+            validate_scene(path.stem, s, seed=seed).comparisons
+            for s, seed in ((scene, SEEDS[0]), (scene, SEEDS[1]), (third(scene), SEEDS[1]))
+        ]
+        with whole_file(kept) as temporary:
+            temporary.write_text(json.dumps(rows_of(path.stem, runs)), encoding="utf-8")
+    rows: list[Row] = json.loads(kept.read_text(encoding="utf-8"))
+    return rows
 
 
 def page(table: list[Row]) -> str:
@@ -112,13 +132,8 @@ def main(words: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(words)
     table: list[Row] = []
     for path in asked.scenes or sorted((HERE / "scenes").glob("*.toml")):
-        scene = read(path)
-        runs = [
-            validate_scene(path.stem, s, seed=seed).comparisons
-            for s, seed in ((scene, SEEDS[0]), (scene, SEEDS[1]), (third(scene), SEEDS[1]))
-        ]
-        table += rows_of(path.stem, runs)
-        print(f"{path.stem}: {len(runs[0])} comparisons", file=sys.stderr)  # noqa: T201
+        table += kept_rows(path)
+        print(f"{path.stem}: {len(table)} comparisons so far", file=sys.stderr)  # noqa: T201
     asked.out.mkdir(parents=True, exist_ok=True)
     with (asked.out / "repeat.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
