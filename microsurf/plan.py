@@ -68,6 +68,16 @@ class Plan:
     memory: float
     notes: tuple[str, ...]
 
+    def begun(self, asked: Scene) -> Scene:
+        """The scene that asked for an error, to begin with half of the planned surfaces.
+
+        More are added until the error is reached; with as many each needs fewer rays. Half,
+        because the four of the pilot know their spread to a factor of two or three only.
+        """
+        planned = self.scene.surface.realisations
+        least = max(asked.surface.realisations, planned // 2)
+        return replace(asked, surface=replace(asked.surface, realisations=least))
+
     def as_json(self) -> dict[str, Any]:
         """The figures, under plain names."""
         surface = self.scene.surface

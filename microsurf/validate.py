@@ -93,16 +93,30 @@ def validate_scene(
     workers: int | None = None,
     progress: bool = False,
     refined: bool = False,
+    surface_paths: int | None = None,
 ) -> Validation:
     """Measure, predict and compare one scene.
 
     A surface that comes from a file is compared with the STD fitted to its facet
     slopes by maximum likelihood. ``refined``: what mesh and tile leave is measured too,
-    on a dozen more surfaces, and masking by facet slope.
+    on a dozen more surfaces, and masking by facet slope. ``surface_paths``: see `measure`.
     """
     begin = time.perf_counter()
-    surfaces = list(surfaces_of(scene, seed)) if scene.requires.roughness else None
-    measured = measure(scene, surfaces, seed=seed, workers=workers, progress=progress)
+    surfaces = None
+    if scene.requires.roughness and not _grows(scene):
+        surfaces = list(surfaces_of(scene, seed))
+    measured = measure(
+        scene,
+        surfaces,
+        seed=seed,
+        workers=workers,
+        surface_paths=surface_paths,
+        progress=progress,
+    )
+    if scene.requires.roughness and surfaces is None:
+        count = measured.sizes["realisation"]  # as many as the error took
+        taken = replace(scene, surface=replace(scene.surface, realisations=count))
+        surfaces = list(surfaces_of(taken, seed))
     fit, theory = None, scene
     if scene.surface.file is not None and surfaces:
         fit = fit_std(surfaces[0])
@@ -153,6 +167,11 @@ def validate_scene(
         masking=by_slope,
         seconds=time.perf_counter() - begin,
     )
+
+
+def _grows(scene: Scene) -> bool:
+    """Whether surfaces are added until an error is reached."""
+    return scene.accuracy.standard_error is not None and scene.surface.file is None
 
 
 def _models(scene: Scene) -> tuple[str, ...]:

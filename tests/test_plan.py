@@ -3,6 +3,7 @@
 import csv
 import json
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from scipy import stats
 
-from microsurf import measure, plan, summary
+from microsurf import measure, plan, precision, summary
 from microsurf.commands import cli
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 
@@ -138,3 +139,42 @@ def test_a_mesh_that_the_scene_names_is_kept(tmp_path):
     scene.write_text("[surface]\ncells = 48\n[accuracy]\nstandard_error = 0.02\n")
     done = CliRunner().invoke(cli, ["measure", str(scene), "--dry-run", "--json"])
     assert json.loads(done.stdout)["cells"] == 48
+
+
+def test_a_run_begins_with_the_surfaces_and_rays_of_its_plan():
+    """With half of the planned surfaces, and lanes that end after the planned rays."""
+    asked = replace(SMALL, accuracy=Accuracy(standard_error=2e-3, lobe_error=0.1))
+    made = plan.plan(asked, seed=1)
+    begun = made.begun(asked)
+    assert begun.accuracy == asked.accuracy
+    least, planned = begun.surface.realisations, made.scene.surface.realisations
+    assert planned // 2 == least > SMALL.surface.realisations
+    run = measure(begun, seed=3, surface_paths=made.scene.accuracy.paths)
+    assert precision.surplus(run, asked) <= 1
+    assert least <= run.sizes["realisation"] <= 3 * planned
+    whole = measure(asked, seed=3)
+    assert precision.surplus(whole, asked) <= 1
+    assert float(run.paths.sum()) < 0.5 * float(whole.paths.sum())
+
+
+def test_validate_says_its_plans_and_keeps_to_them(tmp_path, monkeypatch):
+    command = import_module("microsurf.commands.validate")
+    monkeypatch.setattr(command, "global_invariants", lambda *_, **__: [])
+    scene, out = tmp_path / "s.toml", tmp_path / "r"
+    scene.write_text(
+        "[roughness]\ngamma = 8\nsigma = 0.3\n[surface]\ncells = 48\nrealisations = 2\n"
+        "[light]\ntheta = [30]\n"
+    )
+    words = ["validate", str(scene), "--standard-error", "2e-2", "--lobe-error", "0.2"]
+    words += ["--no-refine", "--json", "--out", str(out)]
+    planned = CliRunner().invoke(cli, [*words, "--dry-run"])
+    assert planned.exit_code == 0
+    values = json.loads(planned.stdout)
+    assert values["scenes"]["s"]["cells"] == 48
+    assert values["seconds"] == values["scenes"]["s"]["seconds"]
+    assert "plan: " in planned.stderr
+    assert not out.exists()
+    done = CliRunner().invoke(cli, words)
+    assert json.loads(done.stdout)["reached"] == {"s": True}
+    found = json.loads((out / "report.json").read_text())["scenes"][0]["measured"]
+    assert found["albedo_se"] <= 2e-2

@@ -85,12 +85,14 @@ def measure_command(
         parts = out.with_name(f"{out.name}.parts")
     elif resume:
         raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
-    if dry_run or (asked.accuracy.standard_error is not None and not resume):
+    surface_paths = None
+    if dry_run or asked.accuracy.standard_error is not None:
         made = plan.plan(asked, seed=seed, workers=workers, progress=True)
         click.echo("\n".join(made.lines()), err=True)
         if dry_run:
             show(made.as_json(), as_json)
             return
+        asked, surface_paths = made.begun(asked), made.scene.accuracy.paths
     with _crew(scheduler, workers) as crew:
         measured = measure(
             asked,
@@ -99,6 +101,7 @@ def measure_command(
             executor=crew.executor if crew else None,
             keep=parts,
             resume=resume,
+            surface_paths=surface_paths,
             progress=True,
         )
     paths = float(measured.paths.sum())

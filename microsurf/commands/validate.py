@@ -7,13 +7,25 @@ from typing import Any
 
 import click
 
-from .. import baseline, expectation, memory, model, report, trial
+from .. import baseline, expectation, memory, model, plan, precision, report, trial
 from ..errors import InputError
 from ..invariants import global_invariants
 from ..report import sections, stability_section
+from ..scene import Scene
 from ..stability import survey
 from ..validate import Validation, validate_scene
-from .options import PATH, as_json, beyond, check_tail, compose, seed, workers
+from .options import (
+    PATH,
+    accuracy,
+    as_json,
+    beyond,
+    check_tail,
+    compose,
+    dry_run,
+    seed,
+    with_mesh_chosen,
+    workers,
+)
 from .output import show, write
 
 
@@ -29,7 +41,7 @@ def built_in_scenes() -> list[Path]:
 @click.command("validate")
 @click.argument("scene_files", type=PATH, nargs=-1, metavar="[SCENE.toml …]")
 @click.option("--out", type=PATH, default=Path("reports/latest"), show_default=True)
-@click.option("--paths", type=int, help="Instead of what the scenes ask for.")
+@accuracy
 @click.option("--realisations", type=int, help="Instead of what the scenes ask for.")
 @click.option(
     "--model",
@@ -55,19 +67,24 @@ def built_in_scenes() -> list[Path]:
 @beyond
 @seed
 @workers
+@dry_run
 @as_json
 def validate_command(
     scene_files: tuple[Path, ...], out: Path, candidate: str | None, old: Path | None,
-    refined: bool, beyond: bool, seed: int, workers: int | None, as_json: bool, **given: Any,
+    refined: bool, beyond: bool, seed: int, workers: int | None, dry_run: bool, as_json: bool,
+    **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
     Example: microsurf validate my_scene.toml --out my_report
 
     Your own BRDF: microsurf validate my_scene.toml --model mypackage:brdf
+
+    Until an error is reached, with what that takes said before:
+    microsurf validate my_scene.toml --standard-error 1e-3 --dry-run
     """
     files = scene_files or built_in_scenes()
-    scenes = {file.stem: compose(file, **given) for file in files}
+    scenes = {file.stem: with_mesh_chosen(compose(file, **given), file, given) for file in files}
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
     before = None if old is None else (str(old), baseline.read_report(old))
@@ -79,11 +96,23 @@ def validate_command(
         check_tail(asked, beyond)
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
+    adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
+    plans = _plans(scenes if dry_run else adaptive, seed, workers)
+    if dry_run:
+        show(_planned(plans) if as_json else _costs(plans), as_json)
+        return
+    scenes |= {name: plans[name].begun(asked) for name, asked in adaptive.items()}
     report.make_folders(out)
     results = []
     for name, asked in scenes.items():
         entry = validate_scene(
-            name, asked, seed=seed, workers=workers, progress=True, refined=refined
+            name,
+            asked,
+            seed=seed,
+            workers=workers,
+            progress=True,
+            refined=refined,
+            surface_paths=plans[name].scene.accuracy.paths if name in plans else None,
         )
         results.append(entry if own is None else trial.judge(entry, own, broken[name]))
     lasting = global_invariants(seed, workers, progress=True)
@@ -103,6 +132,7 @@ def validate_command(
         "scenes": list(scenes),
         "verdicts": _counts(results),
         "unexpected": len(unexpected),
+        **_reached(results, adaptive),
         "broken": document["broken"] + [text for entry in results for text in entry.broken],
         "seconds": time.perf_counter() - begin,
         "out": str(out),
@@ -116,6 +146,42 @@ def validate_command(
         click.echo(f"unexpected: {line}", err=True)
     if unexpected:
         sys.exit(1)
+
+
+def _plans(scenes: dict[str, Scene], seed: int, workers: int | None) -> dict[str, plan.Plan]:
+    """Plan each scene and say on stderr what will run."""
+    plans = {}
+    for name, asked in scenes.items():
+        plans[name] = plan.plan(asked, seed=seed, workers=workers, progress=True)
+        lines = [name, *(f"  {line}" for line in plans[name].lines())]
+        click.echo("\n".join(lines), err=True)
+    return plans
+
+
+def _costs(plans: dict[str, plan.Plan]) -> dict[str, Any]:
+    """What measuring takes; walks, budgets and the report come on top of the time."""
+    return {
+        "seconds": sum(made.seconds for made in plans.values()),
+        "memory_bytes": max(made.memory for made in plans.values()),
+    }
+
+
+def _planned(plans: dict[str, plan.Plan]) -> dict[str, Any]:
+    """What `--dry-run --json` prints."""
+    return {"scenes": {name: made.as_json() for name, made in plans.items()}, **_costs(plans)}
+
+
+def _reached(results: list[Validation], adaptive: dict[str, Scene]) -> dict[str, Any]:
+    """Whether the errors asked for were reached, if any were."""
+    if not adaptive:
+        return {}
+    return {
+        "reached": {
+            entry.name: precision.surplus(entry.measured, adaptive[entry.name]) <= 1
+            for entry in results
+            if entry.name in adaptive
+        }
+    }
 
 
 def _counts(results: list[Validation]) -> dict[str, int]:

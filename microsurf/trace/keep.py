@@ -57,11 +57,12 @@ class Keep:
         seed: int,
         *,
         resume: bool,
+        piece: int | None = None,
     ) -> None:
         self._folder = folder
         run = {
             "microsurf": __version__,
-            "piece": PIECE,
+            "piece": PIECE if piece is None else piece,
             "tally": [f.name for f in fields(Tally)],
             "seed": seed,
             "scene": to_toml(scene),

@@ -44,13 +44,21 @@ class Ledger:
     With ``accuracy.paths`` every lane has the same number of pieces. With
     ``accuracy.standard_error`` each realisation is traced until its rays leave that error
     in the mean over a scene's ``realisations``, and realisations are added until the
-    spread of all leaves no more; those of the scene are then the least.
+    spread of all leaves no more; those of the scene are then the least. Pieces of less than
+    PIECE paths let a realisation end earlier.
     """
 
     def __init__(
-        self, scene: Scene, sources: list[Source] | None, seed: int, *, turn: bool
+        self,
+        scene: Scene,
+        sources: list[Source] | None,
+        seed: int,
+        *,
+        turn: bool,
+        piece: int | None = None,
     ) -> None:
         self.scene = scene
+        self._size = PIECE if piece is None else min(piece, PIECE)
         self.angles = list(product(scene.light.theta, scene.light.phi))
         self.lanes: list[list[Lane]] = []
         self._sources = sources
@@ -104,7 +112,7 @@ class Ledger:
         angle = self.lanes[-1].index(lane)
         number = lane.issued
         lane.issued += 1
-        size = PIECE if self._by_error else self._sizes[number]
+        size = self._size if self._by_error else self._sizes[number]
         parts = ROUND if self._by_error else len(self._sizes)
         rounds, part = divmod(number, parts)
         theta, phi = self.angles[angle]

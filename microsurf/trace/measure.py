@@ -17,9 +17,12 @@ from ..scene import Scene
 from ..surface import Heightfield, surface_of
 from . import pieces
 from .keep import Keep
-from .ledger import Ledger
+from .ledger import ROUND, Ledger
 from .paths import Tally
 from .pieces import Piece, Source
+
+_LEAST = 1024
+"""Paths of a piece: fewer are not worth a piece's fixed cost."""
 
 
 def measure(
@@ -31,6 +34,7 @@ def measure(
     executor: Executor | None = None,
     keep: Path | None = None,
     resume: bool = False,
+    surface_paths: int | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Trace paths for every angle and realisation, as many as ``scene.accuracy`` asks for.
@@ -53,6 +57,9 @@ def measure(
         Folder for finished pieces. Remove it when the result is safe, see `keep.clear`.
     resume : bool
         Go on from the pieces that are there.
+    surface_paths : int, optional
+        Where an error is asked for: how many paths for each angle of a surface come before
+        the error is looked at first, at least 8192. By default, and at the most, a million.
     progress : bool
         Show a progress bar on standard error if that is a terminal.
 
@@ -84,8 +91,9 @@ def measure(
     if surfaces is not None:
         sources = [Source(scene, seed, r, made) for r, made in enumerate(surfaces)]
     turn = not scene.requires.azimuth and all(map(_made_isotropic, sources or ()))
-    ledger = Ledger(scene, sources, seed, turn=turn)
-    kept = None if keep is None else Keep(keep, scene, sources, seed, resume=resume)
+    piece = None if surface_paths is None else max(surface_paths // ROUND, _LEAST)
+    ledger = Ledger(scene, sources, seed, turn=turn, piece=piece)
+    kept = None if keep is None else Keep(keep, scene, sources, seed, resume=resume, piece=piece)
     bar = tqdm(
         total=1.0,
         disable=None if progress else True,
