@@ -164,6 +164,10 @@ def slope_quantiles(seed: int, factor: float = 1.0) -> float:
     return float(max(abs(error) for error in found["quantiles"].values()) < 0.01)
 
 
+class EndlessPathError(Exception):
+    """A path that does not end."""
+
+
 class Offset:
     """Trace with the distance off a facet multiplied, on Embree, and without on float64.
 
@@ -171,6 +175,8 @@ class Offset:
     """
 
     CALLS, LIGHT = 30, 16
+    MOST_WAVES = 10_000
+    """Of a call: a path of the right tracer ends within a hundred or two."""
 
     def __init__(self, factor: float) -> None:
         grid = ordinary(8.0, 0.7, 64)
@@ -178,22 +184,34 @@ class Offset:
         options = {"nogil": True, "error_model": "numpy", "_nrt": False}
         meet = njit(inline="always", **options)(_with(meeting.meet, OFFSET=factor * meeting.OFFSET))
         self._take = njit(**options)(_with(events.take_events, meet=meet))
+        self._waves = 0
+
+    def _counted(self, *arguments: Any) -> Any:
+        """Without any distance a path may meet its own facet for ever."""
+        self._waves += 1
+        if self._waves > self.MOST_WAVES:
+            raise EndlessPathError
+        return self._take(*arguments)
 
     def _run(self, tile: paths.Tile, seed: int, call: int) -> Tally:
+        self._waves = 0
         rng = np.random.Generator(np.random.SFC64([seed, call]))
         return paths.trace(tile, 60.0, 17.0, IL, self.LIGHT * IL.branches, rng)
 
     def lost(self, seed: int) -> float:
-        """No path is lost, and no ray is sent again."""
-        with patch.object(paths, "take_events", self._take):
-            tallies = [self._run(self._embree, seed, call) for call in range(self.CALLS)]
+        """No path is lost or goes on for ever, and no ray is sent again."""
+        with patch.object(paths, "take_events", self._counted):
+            try:
+                tallies = [self._run(self._embree, seed, call) for call in range(self.CALLS)]
+            except EndlessPathError:
+                return 0.0
         return float(sum(tally.lost[2:].sum() + tally.leaks for tally in tallies) == 0)
 
     def paths(self, seed: int) -> float:
         """The same light in the same bins as with float64, all but one call of 30."""
         differ = 0
         for call in range(self.CALLS):
-            with patch.object(paths, "take_events", self._take):
+            with patch.object(paths, "take_events", self._counted):
                 seen = self._run(self._embree, seed, call)
             exact = self._run(self._exact, seed, call)
             events_ = min(seen.energy.shape[1], exact.energy.shape[1])
