@@ -38,12 +38,15 @@ class Border:
         return "ok" if self.value <= self.limit else "border"
 
 
-def check(cells: int, paths: int) -> Iterator[Border]:
-    """Check all borders, on meshes of so many cells a side and with so many paths each."""
+def check(cells: int, paths: int, largest: int) -> Iterator[Border]:
+    """Check all borders, on meshes of so many cells a side and with so many paths each.
+
+    ``largest`` is the side of the largest mesh that is traced.
+    """
     yield from _tails(cells)
     yield from _roughness()
     yield from _units()
-    yield from _traces(paths)
+    yield from _traces(paths, largest)
     yield from _engines()
 
 
@@ -96,7 +99,7 @@ def _units() -> Iterator[Border]:
         )
 
 
-def _traces(paths: int) -> Iterator[Border]:
+def _traces(paths: int, largest: int) -> Iterator[Border]:
     gentle = _grid(mesh(generate_surface(2.0, 0.5, cells=64, seed=1)).heights)
     rng = np.random.default_rng(2)
     cliffs = 0.3 * rng.standard_normal((32, 32))
@@ -115,6 +118,9 @@ def _traces(paths: int) -> Iterator[Border]:
     for name, (grid, theta) in places.items():
         # At the horizon a ray goes round the period a hundred times before it meets anything.
         yield from _trace(name, grid, theta, paths if theta < 89.99 else paths // 10)
+    # Made last and alone: 4096² cells take gigabytes.
+    heights = mesh(generate_surface(2.0, 0.5, cells=largest, seed=1)).heights
+    yield from _trace(f"{largest}² cells, 60°", _grid(heights), 60.0, paths)
 
 
 def _slopes(sigma: float) -> NDArray[np.float64]:

@@ -68,7 +68,7 @@ def survey(*, quick: bool, progress: bool = False) -> Stability:
         summaries.append(summarise(law, mine))
     counts = sweep(24 if quick else 400, 1000, np.random.default_rng(1))
     borders = tqdm(
-        check(256 if quick else 512, 10_000 if quick else 200_000),
+        check(*((256, 10_000, 1024) if quick else (512, 200_000, 4096))),
         desc="borders",
         disable=None if progress else True,
     )

@@ -41,7 +41,7 @@ def test_another_surface_is_no_rounding(monkeypatch):
 
 
 def test_borders_hold_but_for_the_tail():
-    rows = list(borders.check(64, 2000))
+    rows = list(borders.check(64, 2000, 128))
     tails = [row for row in rows if row.border.startswith("γ")]
     assert [row.verdict for row in tails[:2]] == ["border", "border"]
     assert tails[-1].verdict == "ok"
