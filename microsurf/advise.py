@@ -22,6 +22,8 @@ from .verdict.ladder import Error, Point
 
 SHARE = 4
 """The reference's half-width is to be this part of the tolerance."""
+_EXPLICIT = 2
+"""Tier of the explicit rungs, which are run by mesh, coarse to fine, and by rays."""
 _FEW = 4
 """Surfaces of the reference at first: doubled until that is so."""
 
@@ -106,8 +108,11 @@ def advise(
                 tried.append(_judge(run, reference, quantity, tolerance))
                 skipped.remove(run.rung.name)
                 shown.update()
+                # Means of several and finer meshes, which come next, are dearer than one draw.
+                if run.rung.tier == _EXPLICIT and run.rung.averaged == 1 and _holds(tried[-1:]):
+                    break
             # Dearer tiers hold nothing cheaper than this one does.
-            if any(one.verdict == "holds" for one in tried):
+            if _holds(tried):
                 break
         found = contributions(scene, quantity, seed=seed) if effects else []
         shown.update(shown.total - shown.n)
@@ -126,6 +131,10 @@ def _check(scene: Scene, tolerance: float, quantity: str) -> None:
     if quantity not in quantities_of(scene):
         lacks = "interface, so no specular peak" if quantity == "peak" else "body lobe at its Kd"
         raise InputError(f"quantity = {quantity!r}: the scene has no {lacks}; ask for albedo")
+
+
+def _holds(tried: list[Judged]) -> bool:
+    return any(one.verdict == "holds" for one in tried)
 
 
 def _judge(run: Run, reference: Reference, quantity: str, tolerance: float) -> Judged:

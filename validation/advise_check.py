@@ -33,7 +33,7 @@ from microsurf.scene import Light, Material, Roughness, Scene
 from microsurf.tradeoff import refer, squared
 from microsurf.verdict.ladder import error
 
-SEED = 20261126
+SEED = 20261127
 TOLERANCES = (0.01, 0.03, 0.1)
 _COLUMNS = (
     "scene", "gamma", "sigma", "n", "kd", "theta", "tolerance", "rung", "advised_error",
