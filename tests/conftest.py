@@ -10,9 +10,9 @@ from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from judge import KEY, Ledger, fresh, judge, verdict
+from judge import KEY, Ledger, fresh, judge, new_seed, verdict
 
-__all__ = ["judge"]  # a fixture
+__all__ = ["judge", "new_seed"]  # fixtures
 
 # The machine is busy: how long one example takes says nothing about the law.
 settings.register_profile("microsurf", deadline=None)

@@ -8,7 +8,10 @@ makes it fail. They add up to at most BUDGET a run, or the run itself fails.
         rng = np.random.default_rng(judge.seed(5))
         judge.near(mean, expected, error)        # all of them, Šidák over the family
         judge.keeps(p_value)                     # one p-value or more
+        judge.keeps(rate(seen, runs, 0.95))      # how often something happened
         judge.catches(wrong_p_value)             # a negative control: must be rejected
+
+A fixture of wider scope takes its seeds from the fixture ``new_seed``: new_seed(5).
 
 ``pytest --fresh-seed`` (or MICROSURF_FRESH_SEED=1) draws new seeds, any other number
 makes those of that number again.
@@ -16,13 +19,14 @@ makes those of that number again.
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from microsurf.verdict import significance
 
 BUDGET = 1e-3
 """Probability that a run with new seeds fails by chance."""
-LEVEL = 4e-6
-"""Of a family of comparisons that does not say otherwise: a single one at 4.6 standard errors."""
+LEVEL = 2e-6
+"""Of a family of comparisons that does not say otherwise: a single one at 4.8 standard errors."""
 
 
 class Ledger:
@@ -54,18 +58,44 @@ class Judge:
         found = significance.sidak(p_values)
         assert found > level, f"p = {found:.2g} of a family of {np.size(p_values)}"
 
-    def near(self, values, expected, errors, level=LEVEL):
-        """Assert that estimates are as expected, by their standard errors; all one family."""
-        self.keeps(significance.z_test(values, expected, errors), level)
+    def pays(self, level):
+        """Enter a test that decides for itself, at this level."""
+        self.keeps(1.0, level)
+
+    def near(self, values, expected, errors, *, freedom=None, within=0.0, level=LEVEL):
+        """Assert that estimates are as expected, by their standard errors; all one family.
+
+        ``freedom`` is that of the errors if they are from few values, ``within`` what may
+        be between the two for another reason than chance.
+        """
+        self.keeps(distant(values, expected, errors, freedom, within), level)
 
     def catches(self, p_values, level=LEVEL):
         """Assert that the same comparison rejects a defect; costs no level."""
         found = significance.sidak(p_values)
         assert found <= level, f"not caught: p = {found:.2g} of a family of {np.size(p_values)}"
 
-    def tells(self, values, expected, errors, level=LEVEL):
+    def tells(self, values, expected, errors, *, freedom=None, within=0.0, level=LEVEL):
         """Assert that estimates are told from what is wrong, as `near` would."""
-        self.catches(significance.z_test(values, expected, errors), level)
+        self.catches(distant(values, expected, errors, freedom, within), level)
+
+
+def distant(values, expected, errors, freedom=None, within=0.0):
+    """p-values of estimates that may be off by ``within``: Student's t, or normal."""
+    off = np.maximum(np.abs(np.subtract(values, expected)) - within, 0)
+    if freedom is None:
+        return significance.z_test(off, 0, errors)
+    return 2 * stats.t.sf(off / errors, freedom)
+
+
+def rate(count, runs, low, high=None):
+    """p-value of what happened ``count`` times in ``runs`` at a rate of ``low`` … ``high``.
+
+    Twice the smaller of the two exact binomial tails; without ``high`` the rate is ``low``.
+    """
+    below = stats.binom.cdf(count, runs, low)
+    above = stats.binom.sf(np.subtract(count, 1), runs, low if high is None else high)
+    return np.minimum(2 * np.minimum(below, above), 1)
 
 
 def fresh(text):
@@ -91,6 +121,12 @@ def verdict(ledger):
 @pytest.fixture
 def judge(request):
     return Judge(request.config.stash[KEY], request.node.nodeid)
+
+
+@pytest.fixture(scope="session")
+def new_seed(request):
+    """`Judge.seed`, for what several tests share."""
+    return Judge(request.config.stash[KEY], "shared").seed
 
 
 KEY = pytest.StashKey()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from microsurf import cli
 from microsurf.convergence import converge
@@ -75,21 +76,27 @@ def test_the_same_seed_gives_the_same_figures(found):
 
 
 @pytest.mark.parametrize("phi", [pytest.param((0.0, 90.0), marks=pytest.mark.long), (0.0,)])
-def test_the_law_of_rays_is_checked(phi):
+def test_the_law_of_rays_is_checked(phi, judge):
     """Stratified rays follow 1/√N or do better, whether azimuths are asked for or taken in turn.
 
-    Five standard errors, where an interval has two; that a law can fail is `test_trend`'s.
+    That a law can fail is `test_trend`'s. On four surfaces, of three degrees of freedom, the
+    spread is more than twice that of 16 repeats with other rays.
     """
     scene = replace(SCENE, accuracy=Accuracy(65_536), light=Light((60.0,), phi))
     effort = replace(TINY, most_paths=65_536, paths=65_536, repeats=16)
-    found = converge(scene, effort, workers=1)
+    found = converge(scene, effort, seed=judge.seed(0), workers=1)
     across = [r for r in found.realisations if r["realisations"] == 1]
+    levels = []
     for name in ("specular", "body"):
         mine = [r["deviation"] for r in found.rays if r["quantity"] == name]
-        assert mine[-1] < next(r["deviation"] for r in across if r["quantity"] == name) / 2
+        other = next(r["deviation"] for r in across if r["quantity"] == name)
+        levels.append(stats.f.cdf((other / mine[-1] / 2) ** 2, 3, 15))
     law = [row for row in found.powers if row["study"] == "rays"]
-    fast = [row["power"] - 2.5 * (row["high"] - row["power"]) < -0.5 for row in law]
-    assert all(fast)
+    assert law
+    for row in law:
+        error = (row["high"] - row["power"]) / 1.96
+        levels.append(stats.norm.sf((row["power"] + 0.5) / error))
+    judge.keeps(levels)
 
 
 def test_flat_scenes_and_files_have_rays_alone(tmp_path):

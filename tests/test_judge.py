@@ -1,7 +1,9 @@
 """The ledger of false alarms keeps books, and a run that spends too much fails."""
 
 import judge as book
+import numpy as np
 import pytest
+from scipy import stats
 
 
 def asked(offset=0):
@@ -14,7 +16,8 @@ def test_levels_add_up():
     one.near([1.0, 2.0], [1.1, 2.0], 0.1)
     one.keeps(0.5, level=1e-5)
     one.catches(1e-9)
-    assert ledger.total == pytest.approx(book.LEVEL + 1e-5)
+    one.pays(2e-5)
+    assert ledger.total == pytest.approx(book.LEVEL + 3e-5)
 
 
 def test_it_asserts_at_the_level_of_the_family():
@@ -31,6 +34,24 @@ def test_it_asserts_at_the_level_of_the_family():
     ):
         with pytest.raises(AssertionError):
             fails()
+
+
+def test_errors_from_few_values_and_what_may_differ():
+    t = float(stats.t.isf(0.005, 3))
+    assert book.distant(1 + 2 * t, 1.0, 2.0, freedom=3) == pytest.approx(0.01)
+    assert book.distant(1.3, 1.0, 0.1, within=0.2) == pytest.approx(2 * stats.norm.sf(1))
+    assert book.distant(1.1, 1.0, 0.0, within=0.2) == 1
+
+
+def test_rates_are_exact_and_may_be_a_range():
+    assert book.rate(0, 10, 0.5) == pytest.approx(2 * 0.5**10)
+    assert book.rate(10, 10, 0.5) == pytest.approx(2 * 0.5**10)
+    assert book.rate(10, 10, 0.5, 1.0) == 1
+    assert book.rate(0, 10, 0.5, 1.0) == pytest.approx(2 * 0.5**10)
+    # Wrong in as many of its samples as it says, or fewer.
+    counts = np.random.default_rng(1).binomial(400, 0.95, 10_000)
+    assert np.mean(book.rate(counts, 400, 0.95) <= 0.01) <= 0.01
+    assert np.mean(book.rate(counts, 400, 0.85) <= 0.01) > 0.99
 
 
 def test_a_run_that_spends_too_much_fails():

@@ -19,21 +19,36 @@ SCENE = Scene(
 )
 
 
-def test_the_cost_is_what_the_later_orders_hold():
-    """The first order is the same light on the same surfaces; the rest is the cost."""
+def test_the_cost_is_what_the_later_orders_hold(judge):
+    """The first order is the same light on the same surfaces; the rest is the cost.
+
+    Surfaces are the same for all runs, so that rays alone make a difference, thrice: of
+    what is left out, of all, and of the second measurement.
+    """
     surfaces = list(surfaces_of(SCENE, 3))
-    alone = measure(SCENE, surfaces, seed=3)
-    rows = left_out.cost(SCENE, alone, surfaces, seed=3)
+    alone = measure(SCENE, surfaces, seed=judge.seed(3))
+    rows = left_out.cost(SCENE, alone, surfaces, seed=judge.seed(3))
     assert [(r["theta_i"], r["kd"]) for r in rows] == [(0, 0.0), (60, 0.0), (0, 0.9), (60, 0.9)]
-    whole = measure(replace(SCENE, effects=Effects()), surfaces, seed=4)
+    whole = measure(replace(SCENE, effects=Effects()), surfaces, seed=judge.seed(4))
+    found = []
     for row in rows:
         orders = summary.by_order(whole, 1.5, row["kd"]).sum("kind").sel(theta_i=row["theta_i"])
         first = orders.sel(order=1) / orders.sum("order")
         share = first.values.ravel() - 1
-        # Two means of four surfaces' rays, 6e-7 to be further apart by chance.
-        error = np.hypot((row["high"] - row["low"]) / 2, 2 * share.std(ddof=1))
-        assert abs(row["error"] - share.mean()) < 5 * error / 2
+        place = {"theta_i": row["theta_i"]}
+        noise = [
+            (
+                summary.ray_error(d, "total", 1.5, row["kd"])
+                / summary.quantity(d, "total", 1.5, row["kd"])
+            ).sel(place)
+            for d in (alone, whole, whole)
+        ]
+        error = np.sqrt(sum((n.values**2).sum() for n in noise)) / SCENE.surface.realisations
+        found.append((row["error"], share.mean(), error))
         assert row["high"] < 0  # light is missing, beyond noise
+    cost, expected, error = np.transpose(found)
+    judge.near(cost, expected, error)
+    judge.tells(cost, 0.7 * expected, error)  # negative control
     assert rows[3]["error"] < -0.05
 
 

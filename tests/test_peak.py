@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from microsurf import model, peak, result
 from microsurf.rungs import draws_of
@@ -49,17 +50,22 @@ def test_nothing_and_the_border_give_numbers():
     assert width == pytest.approx(89.75, abs=0.1)
 
 
-def test_noise_moves_the_peak_less_than_that_of_its_bins():
-    """2000 paths about the normal: the height is known to 15 %; bin by bin it is 40 % high."""
-    rng = np.random.default_rng(3)
+def test_noise_moves_the_peak_less_than_that_of_its_bins(judge):
+    """2000 paths about the normal: the height is known to 15 %; bin by bin it is 40 % high.
+
+    Squares of 40 relative errors over 15 % follow χ², if that is their deviation or less.
+    """
+    rng = np.random.default_rng(judge.seed(3))
     mean = bump(0.0, 12.0)
     counts = rng.poisson(2000 * mean / mean.sum(), (40, len(mean))) * mean.sum() / 2000
     spread = peak.spread_of(mean)
     heights = np.array([peak.figures(peak.cut(c, spread))[0] for c in counts])
     truth = peak.figures(peak.cut(mean, spread))[0]
-    assert np.sqrt(np.mean((heights / truth - 1) ** 2)) < 0.15
-    rough = [peak.figures(peak.cut(c, 0.5))[0] for c in counts]
-    assert np.mean(rough) > 1.4 * truth  # the control: a maximum of noise
+    rough = np.array([peak.figures(peak.cut(c, 0.5))[0] for c in counts])
+    p_values = [stats.chi2.sf(np.sum((h / truth - 1) ** 2) / 0.15**2, 40) for h in (heights, rough)]
+    judge.keeps(p_values[0])
+    judge.catches(p_values[1])  # the control: a maximum of noise
+    assert np.mean(rough) > np.mean(heights)
 
 
 def test_a_mirror_s_lobe_peaks_where_it_should():

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
+from scipy import stats
 
 from microsurf import precision, summary, trace
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
@@ -20,8 +21,8 @@ ALL = {"specular", "body", "total", "specular lobe", "body lobe"}
 
 
 @pytest.fixture(scope="module")
-def surfaces():
-    return list(surfaces_of(SCENE, 3))
+def surfaces(new_seed):
+    return list(surfaces_of(SCENE, new_seed(3)))
 
 
 def known(dataset, scene=SCENE):
@@ -29,21 +30,37 @@ def known(dataset, scene=SCENE):
     return {(row.quantity, row.theta_i, row.kd): row for row in rows}
 
 
-def test_other_rays_on_the_same_surface_show_no_difference_between_surfaces(surfaces):
-    """Intervals of σ_b miss 0 in 2.5 % at most of the time; these rows share their paths.
+def p_values(rows, batches):
+    """Of no difference between 12 surfaces: F of their variance over that of the rays.
 
-    Five quantities, some of them nearly the same, two angles, two Kd: three of 20 may
-    miss. Batches that come from other azimuths claim more than the spread, never less.
+    Of a lobe the bins may vary together, as one does.
     """
-    same = known(trace.measure(SCENE, [surfaces[0]] * 12, seed=1, workers=1))
+    return [
+        stats.f.sf(12 * (row.spread.error / row.spread.within) ** 2, 11, 12 * (batches - 1))
+        for row in rows.values()
+    ]
+
+
+def test_other_rays_on_the_same_surface_show_no_difference_between_surfaces(surfaces, judge):
+    """Five quantities, some of them nearly the same, two angles, two Kd, of the same paths.
+
+    Batches that come from other azimuths claim more than the spread, never less.
+    """
+    measured = trace.measure(SCENE, [surfaces[0]] * 12, seed=judge.seed(1), workers=1)
+    same = known(measured)
+    p = p_values(same, measured.sizes["batch"])
     assert {key[0] for key in same} == ALL
-    assert sum(row.spread.low > 0 for row in same.values()) <= 3
-    assert all(row.advice.dominant != "surfaces" for row in same.values())
+    judge.keeps(p)
+    for row, value in zip(same.values(), p, strict=True):
+        assert (row.spread.low > 0) <= (value < 0.03)
+        assert (row.advice.dominant == "surfaces") <= (value < 1e-3)
 
 
-def test_small_surfaces_differ_by_more_than_their_rays(surfaces):
+def test_small_surfaces_differ_by_more_than_their_rays(surfaces, judge):
     """Negative control of the test before: 8² correlation lengths, and rays enough."""
-    other = known(trace.measure(SCENE, surfaces, seed=1, workers=1))
+    measured = trace.measure(SCENE, surfaces, seed=judge.seed(1), workers=1)
+    other = known(measured)
+    judge.catches(p_values(other, measured.sizes["batch"]))
     assert sum(row.spread.low > 0 for row in other.values()) > 15
     row = other["specular", 60.0, 0.8]
     assert row.advice.dominant == "surfaces"

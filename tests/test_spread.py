@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from judge import rate
 
 from microsurf.errors import InputError
 from microsurf.spread import (
@@ -13,11 +14,8 @@ from microsurf.spread import (
 )
 
 RUNS = 2000
-FALSE_ALARM = 5 * np.sqrt(CONFIDENCE * (1 - CONFIDENCE) / RUNS)
-"""Five standard errors of a coverage from RUNS runs: 6e−7."""
-
-ONE_SIDED = (1 + CONFIDENCE) / 2 * (1 - 5 * np.sqrt((1 - CONFIDENCE) / (1 + CONFIDENCE) / RUNS))
-"""At σ_b = 0 an interval can miss on one side only; five standard errors less."""
+ONE_SIDED = (1 + CONFIDENCE) / 2
+"""Coverage at σ_b = 0, where an interval can miss on one side only."""
 
 
 def simulated(between, within, surfaces, batches, rng):
@@ -37,38 +35,40 @@ def found(between, within, surfaces, batches, seed):
 
 @pytest.mark.parametrize("surfaces", [2, 4, 12])
 @pytest.mark.parametrize("within", [0.1, 1.0, 2.0])
-def test_intervals_between_surfaces_cover_at_the_stated_rate(within, surfaces):
+def test_intervals_between_surfaces_cover_at_the_stated_rate(within, surfaces, judge):
     """Williams's interval covers a little too often where rays dominate, never too rarely."""
-    inside = [s.low <= 1 <= s.high for s in found(1.0, within, surfaces, 8, 1)]
-    assert CONFIDENCE - FALSE_ALARM <= np.mean(inside) <= 0.985 + FALSE_ALARM
+    inside = [s.low <= 1 <= s.high for s in found(1.0, within, surfaces, 8, judge.seed(1))]
+    judge.keeps(rate(sum(inside), RUNS, CONFIDENCE, 0.985))
 
 
-def test_intervals_hold_without_any_difference_between_surfaces():
-    inside = [s.low == 0 for s in found(0.0, 1.0, 6, 8, 2)]
-    assert np.mean(inside) >= ONE_SIDED
+def test_intervals_hold_without_any_difference_between_surfaces(judge):
+    inside = [s.low == 0 for s in found(0.0, 1.0, 6, 8, judge.seed(2))]
+    judge.keeps(rate(sum(inside), RUNS, ONE_SIDED, 1.0))
 
 
-def test_taking_all_of_the_spread_for_surfaces_would_not_cover():
+def test_taking_all_of_the_spread_for_surfaces_would_not_cover(judge):
     """Negative control: rays left in. And batches taken for much better than they are."""
-    rng = np.random.default_rng(3)
+    rng = np.random.default_rng(judge.seed(3))
     inside = []
     for _ in range(RUNS):
         values, variances = simulated(1.0, 2.0, 12, 8, rng)
         s = spread(values, 0 * variances)
         inside.append(s.low <= 1 <= s.high)
-    assert np.mean(inside) < CONFIDENCE - 4 * FALSE_ALARM
+    judge.catches(rate(sum(inside), RUNS, CONFIDENCE, 0.985))
     inside = [spread(*simulated(0.0, 1.0, 200, 3, rng)).low == 0 for _ in range(RUNS)]
-    known = [s.low == 0 for s in found(0.0, 1.0, 200, 3, 4)]
-    assert np.mean(inside) < ONE_SIDED <= np.mean(known)
+    judge.catches(rate(sum(inside), RUNS, ONE_SIDED, 1.0))
+    known = [s.low == 0 for s in found(0.0, 1.0, 200, 3, judge.seed(4))]
+    judge.keeps(rate(sum(known), RUNS, ONE_SIDED, 1.0))
 
 
-def test_estimates_on_average():
+def test_estimates_on_average(judge):
     """Of σ_b² without truncation: s² − σ_w² has no bias."""
-    runs = list(found(1.0, 0.3, 6, 8, 5))
+    runs = list(found(1.0, 0.3, 6, 8, judge.seed(5)))
     within = np.array([s.within**2 for s in runs])
     total = np.array([s.error**2 * s.surfaces for s in runs])
     for values, truth in ((within, 0.09), (total - within, 1.0)):
-        assert abs(values.mean() - truth) <= 5 * values.std() / np.sqrt(RUNS)
+        judge.near(values.mean(), truth, values.std() / np.sqrt(RUNS))
+    judge.tells(total.mean(), 1.0, total.std() / np.sqrt(RUNS))  # rays left in
 
 
 def test_satterthwaite_of_equal_variances_adds_up_and_is_less_else():
@@ -79,9 +79,9 @@ def test_satterthwaite_of_equal_variances_adds_up_and_is_less_else():
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.1, 1.0), (0.5, 1.0), (1.0, 0.1)])
-def test_what_is_advised_halves_the_error(between, within):
-    """40 000 means know their spread to 0.35 %: 5 standard errors are 1.8 %, false alarms 6e−7."""
-    rng = np.random.default_rng(6)
+def test_what_is_advised_halves_the_error(between, within, judge):
+    """40 000 means know their spread to 0.35 %."""
+    rng = np.random.default_rng(judge.seed(6))
     now = of_variances(4, 1.0, between**2 + within**2, within**2)
     bought = advice(now)
 
@@ -91,14 +91,17 @@ def test_what_is_advised_halves_the_error(between, within):
         values += within / np.sqrt(rays) * rng.standard_normal(size)
         return values.mean(axis=1).std()
 
-    assert error(4, 1) == pytest.approx(now.error, rel=0.018)
-    assert error(bought.surfaces, 1) == pytest.approx(now.error / 2, rel=0.018)
+    rows = [(error(4, 1), now.error), (error(bought.surfaces, 1), now.error / 2)]
     if 3 * between**2 < within**2:  # σ_b² is less than a quarter of the sum
-        assert error(4, bought.rays) == pytest.approx(now.error / 2, rel=0.018)
+        rows.append((error(4, bought.rays), now.error / 2))
     else:
         assert bought.rays is None
-        assert error(4, 1e6) == pytest.approx(now.floor, rel=0.018)
-        assert error(4, 1e6) > 1.01 * now.error / 2
+        rows.append((error(4, 1e6), now.floor))
+        assert now.floor > now.error / 2
+    seen, expected = np.transpose(rows)
+    relative = 1 / np.sqrt(2 * 40_000)
+    judge.near(seen / expected, 1, relative)
+    judge.tells(seen / expected, 1.03, relative)  # negative control
 
 
 def from_one(surfaces, within):
@@ -134,17 +137,20 @@ def test_as_many_variances_as_values():
 
 @pytest.mark.parametrize("together", [0.0, 1.0])
 @pytest.mark.parametrize("surfaces", [3, 8])
-def test_intervals_of_lobes_cover(together, surfaces):
-    """Bins that vary alone (covered almost always) or all together: σ_b² = 300 in all."""
-    rng = np.random.default_rng(8)
+def test_intervals_of_lobes_cover(together, surfaces, judge):
+    """Bins that vary alone or all together, both covered almost always: σ_b² = 300 in all.
+
+    Negative control: a thousand times that.
+    """
+    rng = np.random.default_rng(judge.seed(8))
     bins = 300
-    inside = []
+    inside, far = 0, 0
     for _ in range(RUNS):
         alone, common = rng.standard_normal((surfaces, bins)), rng.standard_normal((surfaces, 1))
         values = np.sqrt(1 - together) * alone + np.sqrt(together) * common
         values += rng.standard_normal((surfaces, bins))
         found = spread(values, np.ones_like(values))
-        inside.append(found.low**2 <= bins <= found.high**2)
-    assert np.mean(inside) >= CONFIDENCE - FALSE_ALARM
-    if together:
-        assert np.mean(inside) <= 0.985 + FALSE_ALARM
+        inside += found.low**2 <= bins <= found.high**2
+        far += found.low**2 <= 1000 * bins <= found.high**2
+    judge.keeps(rate(inside, RUNS, CONFIDENCE, 1.0))
+    judge.catches(rate(far, RUNS, CONFIDENCE, 1.0))

@@ -31,7 +31,7 @@ KEPT = Path(__file__).parents[1] / "reports" / "latest" / "calibration"
 SEEDS, CONTROLS, CAUGHT = 200, 100, 99
 FIRST = 10_000  # seeds that no test of the suite uses
 LEVELS = (0.05, 0.01)
-LEVEL = 4e-6  # of a family in the suite, tests/judge.py
+LEVEL = 2e-6  # of a family in the suite, tests/judge.py
 CERTAIN = 0.999  # of the binomial interval: of 16 rates one is outside in 2 % of runs
 
 

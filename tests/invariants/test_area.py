@@ -1,6 +1,6 @@
 import numpy as np
 
-from microsurf.invariants import area
+from microsurf.invariants import area, chance
 from microsurf.invariants.runs import heights_of, tile_of
 from microsurf.physics import smith
 from microsurf.surface import generate_surface
@@ -28,8 +28,9 @@ def tiles():
     ]
 
 
-def test_projected_area_holds(pool):
-    triangles, visible = area.projected_area(pool, seed=5)
+def test_projected_area_holds(pool, judge):
+    judge.pays(chance.RATE / chance.TESTS)
+    triangles, visible = area.projected_area(pool, seed=judge.seed(5))
     assert triangles.holds
     assert visible.holds
 
@@ -49,7 +50,11 @@ def test_facets_that_see_through_others_are_found(pool):
 
 
 def test_mean_g1_of_a_large_mesh_is_smiths():
-    """Azimuths together: 256² cells know the mean |slope| of γ = 8 to about 1 %."""
+    """Azimuths together: 256² cells know the mean |slope| of γ = 8 to about 1 %.
+
+    The surface is one for all runs: its slopes are made to follow STD, not drawn, and how
+    they scatter about it has no law to take a level from.
+    """
     grid = tile_of(heights_of(generate_surface(8.0, 0.5, cells=256, seed=1))).grid
     found = np.mean([area.mean_g1(grid, 75.0, phi) for phi in range(0, 360, 20)])
     assert abs(found / smith.g1(direction(75.0, 0.0), 8.0, 0.5) - 1) < 0.01

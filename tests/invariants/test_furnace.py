@@ -65,8 +65,9 @@ def test_walks_are_white():
     assert furnace.walked(1, 2).holds
 
 
-def test_evaluated_walks_are_white(pool):
-    found = furnace.evaluated_walk(pool, 1)
+def test_evaluated_walks_are_white(pool, judge):
+    judge.pays(chance.RATE / chance.TESTS)
+    found = furnace.evaluated_walk(pool, judge.seed(1))
     assert found.holds
     assert abs(found.figures["mean of all − 1 in %"]) < 1
 

@@ -10,7 +10,6 @@ from microsurf import model, summary
 from microsurf.model.realised_first import first_order_change
 from microsurf.physics import smith, std, visible
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
-from microsurf.verdict.significance import z_test
 
 COUNT = 2**20
 
@@ -36,28 +35,26 @@ def test_lambda_is_smiths(gamma):
 
 
 @pytest.mark.parametrize("w", [towards(0.0), towards(60.0), -towards(80.0), -towards(60.0)])
-def test_facets_are_drawn_as_they_are_seen(w):
-    """Means of m against quadrature-free draws of `physics.visible`: z at a level of 1e-6 each.
+def test_facets_are_drawn_as_they_are_seen(w, judge):
+    """Means of m against quadrature-free draws of `physics.visible`.
 
     Negative control: facets drawn for a direction 3° away.
     """
     slopes = of_std(4.0, 0.6, 0.6)
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(judge.seed(5))
     many = 100_000
     ours = slopes.visible(np.repeat(w[None], many, axis=0), rng)
     exact = visible.sample(np.repeat(w[None], many, axis=0), 4.0, 0.6, 0.6, rng)
     assert np.all(ours @ w > 0)
 
-    def p(a, b):
+    def means(a, b):
         spread = np.hypot(a.std(axis=0), b.std(axis=0)) / np.sqrt(many)
-        return min(
-            float(z_test(a.mean(axis=0)[k], b.mean(axis=0)[k], spread[k])) for k in (0, 1, 2)
-        )
+        return a.mean(axis=0), b.mean(axis=0), spread
 
-    assert p(ours, exact) > 1e-6 / 3
+    judge.near(*means(ours, exact))
     turned = np.repeat(towards(np.degrees(np.arccos(abs(w[2]))) + 3)[None], many, axis=0)
     turned = turned if w[2] > 0 else -turned
-    assert p(slopes.visible(turned, rng), exact) < 1e-6 / 3
+    judge.tells(*means(slopes.visible(turned, rng), exact))
 
 
 def scene(theta, **more):
@@ -68,20 +65,19 @@ def scene(theta, **more):
 
 
 @pytest.mark.parametrize("theta", [0.0, 75.0])
-def test_the_walk_of_std_slopes_is_smiths_walk(theta):
-    """Orders against the compiled walk, four at a family level of 1e-5. Control: σ off by 15 %."""
+def test_the_walk_of_std_slopes_is_smiths_walk(theta, judge):
+    """Four orders against the compiled walk. Control: σ off by 15 %."""
     asked = scene(theta)
-    exact = model.walk(asked, walks=2_000_000, seed=3)
+    exact = model.walk(asked, walks=2_000_000, seed=judge.seed(3))
     orders = {}
     for name, sigma in (("right", 0.6), ("wrong", 0.69)):
-        ours = walk_realised(asked, of_std(4.0, sigma, sigma), walks=100_000, seed=4)
+        ours = walk_realised(asked, of_std(4.0, sigma, sigma), walks=100_000, seed=judge.seed(4))
         assert float(ours.ended.isel(cause=2).sum()) == 0
         orders[name] = summary.by_order(ours, 1.5, 0.8).sum("kind").values.ravel()
     theirs = summary.by_order(exact, 1.5, 0.8).sum("kind").values.ravel()
     error = np.sqrt(theirs * (1 / 100_000 + 1 / 2_000_000))
-    z = {name: np.abs(found - theirs) / error for name, found in orders.items()}
-    assert z["right"].max() < 4.8
-    assert z["wrong"].max() > 4.8
+    judge.near(orders["right"], theirs, error)
+    judge.tells(orders["wrong"], theirs, error)
 
 
 def test_one_order_alone():
@@ -91,13 +87,15 @@ def test_one_order_alone():
     assert float(found.ended.isel(cause=1).sum()) > 0
 
 
-def test_no_substrate_ends_light_and_a_conductor_absorbs():
+def test_no_substrate_ends_light_and_a_conductor_absorbs(judge):
     for material in (Material(1.5, (0.0,)), Material(0.4, (), 2.5)):
         asked = replace(scene(60.0), material=material)
-        ours = walk_realised(asked, of_std(4.0, 0.6, 0.6), walks=50_000, seed=1)
-        exact = model.walk(asked, walks=500_000, seed=2)
+        ours = walk_realised(asked, of_std(4.0, 0.6, 0.6), walks=50_000, seed=judge.seed(1))
+        exact = model.walk(asked, walks=500_000, seed=judge.seed(2))
         a, b = (float(d.flux.sum()) for d in (ours, exact))
-        assert abs(a - b) < 4.8 * np.sqrt(b * (1 - b) * 1.1 / 50_000)
+        error = np.sqrt(b * (1 - b) * 1.1 / 50_000)
+        judge.near(a, b, error)
+        judge.tells(a, 1.1 * b, error)  # negative control
 
 
 @pytest.mark.parametrize("theta", [0.0, 60.0, 85.0])

@@ -85,16 +85,16 @@ def test_anisotropic_slopes_follow_std(sigma_x, sigma_y):
 
 
 def harmonics(gamma, sigma_x, sigma_y, seeds, **options):
-    """Mean azimuth harmonics over seeds in standard errors: cos φ, sin φ, cos 2φ, sin 2φ."""
+    """Mean azimuth harmonics over seeds and standard errors: cos φ, sin φ, cos 2φ, sin 2φ."""
     rows = []
-    for seed in range(seeds):
+    for seed in seeds:
         p, q = facet_slopes(generate_surface(gamma, sigma_x, sigma_y, seed=seed, **options))
         z = p / sigma_x + 1j * q / sigma_y
         z /= np.abs(z)
         first, second = z.mean(), (z**2).mean()
         rows.append([first.real, first.imag, second.real, second.imag])
     rows = np.array(rows)
-    return rows.mean(axis=0) / (rows.std(axis=0, ddof=1) / np.sqrt(seeds))
+    return rows.mean(axis=0), rows.std(axis=0, ddof=1) / np.sqrt(len(seeds))
 
 
 @pytest.mark.parametrize(
@@ -108,18 +108,22 @@ def harmonics(gamma, sigma_x, sigma_y, seeds, **options):
         ),
     ],
 )
-def test_azimuths_are_isotropic(gamma, sigma_y, cells, seeds):
-    """False alarms: |t| > 4 with 39 (15) degrees of freedom in 4 harmonics: 1e-3 (5e-3) a case."""
-    assert np.abs(harmonics(gamma, 0.5, sigma_y, seeds, cells=cells)).max() < 4
+def test_azimuths_are_isotropic(gamma, sigma_y, cells, seeds, judge):
+    """The negative control is the next test."""
+    numbers = range(judge.seed(0), judge.seed(0) + seeds)
+    mean, error = harmonics(gamma, 0.5, sigma_y, numbers, cells=cells)
+    judge.near(mean, 0, error, freedom=seeds - 1)
 
 
-def test_azimuths_show_the_diagonals_without_the_tilt(monkeypatch):
+def test_azimuths_show_the_diagonals_without_the_tilt(monkeypatch, judge):
     """Negative control: the tilt left out, at L = 3, is seen 25 standard errors off."""
     tilted = gaussian_field.inverse_lengths
 
     monkeypatch.setattr(gaussian_field, "inverse_lengths", lambda *a: (*tilted(*a)[:2], 0.0))
-    t = harmonics(8.0, 0.5, 0.5, 40, cells=(128, 192), correlation=3.0)
-    assert t[3] < -10
+    numbers = range(judge.seed(0), judge.seed(0) + 40)
+    mean, error = harmonics(8.0, 0.5, 0.5, numbers, cells=(128, 192), correlation=3.0)
+    assert mean[3] < 0
+    judge.tells(mean, 0, error, freedom=39)
 
 
 def _with_workers(transform, count, *arguments, **options):

@@ -1,14 +1,12 @@
 import bench_efficiency as efficiency
 import numpy as np
 import pytest
-from scipy import stats
+from judge import rate
 
 from microsurf import result
 
 PATHS = 2**17
 RUNS = 300
-# Fewest intervals of 95 % that may hold the truth: one false alarm in 10⁵.
-FEWEST = int(stats.binom.ppf(1e-5, RUNS, efficiency.CONFIDENCE))
 
 
 def batches(rng, count, deviation, *bins):
@@ -17,22 +15,22 @@ def batches(rng, count, deviation, *bins):
 
 
 @pytest.mark.parametrize(("truth", "honest"), [(6.0, True), (9.0, False)])
-def test_interval_of_a_figure_holds_the_true_ratio(truth, honest):
+def test_interval_of_a_figure_holds_the_true_ratio(truth, honest, judge):
     """Three times the variance at twice the speed is an efficiency of 6, and not of 9."""
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(judge.seed(1))
     inside = 0
     for _ in range(RUNS):
         ours, theirs = batches(rng, 48, 1e-3), batches(rng, 128, 3**0.5 * 1e-3)
         ratio = efficiency.figure_ratio(ours, theirs, 2.0, PATHS)
         inside += ratio.low <= truth <= ratio.high
-    assert (inside >= FEWEST) == honest
+    (judge.keeps if honest else judge.catches)(rate(inside, RUNS, efficiency.CONFIDENCE, 1.0))
 
 
 @pytest.mark.parametrize(("truth", "honest"), [(6.0, True), (6.6, False)])
-def test_interval_of_a_lobes_median_holds_the_true_ratio(truth, honest, monkeypatch):
+def test_interval_of_a_lobes_median_holds_the_true_ratio(truth, honest, monkeypatch, judge):
     """Mirrored bins are equal, as folding makes them: only half of the bins say anything."""
     monkeypatch.setattr(efficiency, "RESAMPLES", 60)
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(judge.seed(2))
     inside = 0
     for _ in range(RUNS):
         ours = np.tile(batches(rng, 48, 1e-3, 150), 2)
@@ -40,7 +38,7 @@ def test_interval_of_a_lobes_median_holds_the_true_ratio(truth, honest, monkeypa
         ratio = efficiency.lobe_ratio(ours, theirs, 2.0, PATHS, rng)
         inside += ratio.low <= truth <= ratio.high
         assert ratio.bins == 300
-    assert (inside >= FEWEST) == honest
+    (judge.keeps if honest else judge.catches)(rate(inside, RUNS, efficiency.CONFIDENCE, 1.0))
 
 
 def test_what_hardly_any_path_reaches_is_not_judged():

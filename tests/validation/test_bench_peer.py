@@ -26,43 +26,46 @@ def surface():
 
 
 @pytest.fixture(scope="module")
-def ours(surface):
+def ours(surface, new_seed):
     side = Ours(surface, 0.5, workers=1, fixed=True)
-    return np.stack([figures(side.batch(THETAS, KD, PATHS, k).flux) for k in range(BATCHES)])
+    return np.stack(
+        [figures(side.batch(THETAS, KD, PATHS, new_seed(k)).flux) for k in range(BATCHES)]
+    )
 
 
-def theirs(surface, n, reflectance):
+def theirs(surface, n, reflectance, seed):
     tile = mitsuba.MitsubaTile(surface, n, reflectance)
     return np.stack(
         [
-            [figures(tile.trace(theta, PATHS, 100 + k).flux) for theta in THETAS]
+            [figures(tile.trace(theta, PATHS, seed + k).flux) for theta in THETAS]
             for k in range(BATCHES)
         ]
     )
 
 
 @pytest.mark.parametrize(("index", "same"), [(N, True), (1.45, False)])
-def test_albedos_by_order_and_kind_are_those_of_microsurf(surface, ours, index, same):
-    """Two engines, one physics; a facet of another index is noticed."""
-    other = theirs(surface, index, mitsuba.same_body(index, KD))
+def test_albedos_by_order_and_kind_are_those_of_microsurf(surface, ours, index, same, judge):
+    """Two engines, one physics; a facet of another index is noticed.
+
+    Student's t with the fewest degrees of freedom it has.
+    """
+    other = theirs(surface, index, mitsuba.same_body(index, KD), judge.seed(100))
     z = np.stack([agreement(ours[:, a], other[:, a], PATHS) for a in range(len(THETAS))])
     assert np.count_nonzero(np.isfinite(z)) > len(FIGURES)
-    # One false alarm in 10⁴ runs over all figures; t with the fewest degrees of freedom it has.
-    limit = stats.t.ppf(1 - 0.5e-4 / z.size, BATCHES - 1)
-    assert (np.nanmax(np.abs(z)) < limit) == same
+    p_values = 2 * stats.t.sf(np.abs(z[np.isfinite(z)]), BATCHES - 1)
+    (judge.keeps if same else judge.catches)(p_values)
 
 
-def test_a_flat_tile_has_the_albedo_of_its_facet():
+def test_a_flat_tile_has_the_albedo_of_its_facet(judge):
     """Every path has one event, and its mean weight is that of the facet: F + T w."""
     tile = mitsuba.MitsubaTile(Heightfield(np.zeros((16, 16))), N, mitsuba.same_body(N, KD))
     for theta in (0.0, 60.0, 80.0):
-        runs = [tile.trace(theta, 2**16, k) for k in range(16)]
+        runs = [tile.trace(theta, 2**16, judge.seed(k)) for k in range(16)]
         assert sum(sum(run.lost.values()) for run in runs) == 0
         albedos = np.array([run.flux.sum() for run in runs])
         expected = float(facet.albedo(np.cos(np.radians(theta)), N, KD))
-        # t with 15 degrees of freedom, one false alarm in 10⁵; float32 weights add 1e−6.
-        limit = stats.t.ppf(1 - 0.5e-5, 15) * albedos.std(ddof=1) / 4 + 1e-6
-        assert abs(albedos.mean() - expected) < limit
+        # float32 weights add 1e−6.
+        judge.near(albedos.mean(), expected, albedos.std(ddof=1) / 4, freedom=15, within=1e-6)
         mirror = np.zeros_like(runs[0].flux[0, 0], dtype=bool)
         ring = np.searchsorted([0, *np.arange(1, 90, 2), 90], theta, side="right") - 1
         mirror[ring, slice(None) if theta == 0 else 18] = True

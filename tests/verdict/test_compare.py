@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from judge import rate
 from scipy import stats
 
 from microsurf import result
@@ -13,9 +14,6 @@ from microsurf.verdict.compare import decide
 
 MARGIN = 0.05
 EXPERIMENTS = 400
-ALARM = 1e-4  # of each statistical test below
-# So many of 400 intervals hold the truth, but for one in 1e4 test runs: 360 … 396.
-FEWEST, MOST = stats.binom.ppf([ALARM / 2, 1 - ALARM / 2], EXPERIMENTS, 0.95)
 
 
 @pytest.mark.parametrize(
@@ -72,42 +70,51 @@ def covered(rows, effect):
 
 @pytest.mark.parametrize("realisations", [2, 4, 16])
 @pytest.mark.parametrize("effect", [0.0, 0.08])
-def test_intervals_over_surfaces_hold_the_truth(realisations, effect):
-    rng = np.random.default_rng(realisations)
+def test_intervals_over_surfaces_hold_the_truth(realisations, effect, judge):
+    rng = np.random.default_rng(judge.seed(realisations))
     rows = experiments(effect, realisations, 0.02, rng)
     assert len(rows) == EXPERIMENTS
     assert {row.basis for row in rows} == {f"{realisations} surfaces"}
-    assert FEWEST <= covered(rows, effect) <= MOST
+    judge.keeps(rate(covered(rows, effect), EXPERIMENTS, 0.95))
 
 
-def test_intervals_of_rays_hold_the_truth_of_one_surface():
-    rows = experiments(0.03, 1, 0.0, np.random.default_rng(1))
+def test_intervals_of_rays_hold_the_truth_of_one_surface(judge):
+    rows = experiments(0.03, 1, 0.0, np.random.default_rng(judge.seed(1)))
     assert {row.basis for row in rows} == {"rays on one surface"}
-    assert FEWEST <= covered(rows, 0.03) <= MOST
+    judge.keeps(rate(covered(rows, 0.03), EXPERIMENTS, 0.95))
 
 
-def test_intervals_of_rays_miss_where_surfaces_differ():
+def test_intervals_of_rays_miss_where_surfaces_differ(judge):
     """Negative control: rays on one surface know nothing of the others.
 
     2 % between surfaces against 0.4 % of the rays: an interval of ±1.96 · 0.4 %
     holds the truth in 30 % of cases.
     """
-    rows = experiments(0.0, 1, 0.02, np.random.default_rng(2))
+    rows = experiments(0.0, 1, 0.02, np.random.default_rng(judge.seed(2)))
     expected = 2 * stats.norm.cdf(1.96 * 0.00387 / np.hypot(0.02, 0.00387)) - 1
-    low, high = stats.binom.ppf([ALARM / 2, 1 - ALARM / 2], EXPERIMENTS, expected)
-    assert low <= covered(rows, 0.0) <= high < FEWEST
+    judge.keeps(rate(covered(rows, 0.0), EXPERIMENTS, expected))
+    judge.catches(rate(covered(rows, 0.0), EXPERIMENTS, 0.95))
 
 
 @pytest.mark.parametrize("effect", [MARGIN, -MARGIN])
-def test_at_the_margin_either_verdict_is_wrong_in_one_of_40(effect):
-    """All of an interval lies on one side of the truth in 2.5 % of cases."""
-    rows = experiments(effect, 8, 0.01, np.random.default_rng(3))
-    most = stats.binom.ppf(1 - ALARM / 2, EXPERIMENTS, 0.025)
-    for verdict in ("holds", "departs"):
-        assert sum(row.verdict == verdict for row in rows) <= most
+def test_at_the_margin_either_verdict_is_wrong_in_one_of_40(effect, judge):
+    """All of an interval lies on one side of the truth in 2.5 % of cases.
+
+    Negative control: beyond the margin by two standard errors of the mean they are more.
+    """
+    rng = np.random.default_rng(judge.seed(3))
+
+    def p_values(effect):
+        rows = experiments(effect, 8, 0.01, rng)
+        found = [sum(row.verdict == verdict for row in rows) for verdict in ("holds", "departs")]
+        return rate(found, EXPERIMENTS, 0.0, 0.025)
+
+    judge.keeps(p_values(effect))
+    judge.catches(p_values(effect + 0.02 / np.sqrt(8)))
 
 
 def test_clear_effects_are_decided():
+    """Fourteen standard errors from the margin, and more: any seed does."""
     for effect, verdict in ((0.0, "holds"), (0.2, "departs"), (-0.2, "departs")):
         rows = experiments(effect, 8, 0.01, np.random.default_rng(4))
         assert sum(row.verdict == verdict for row in rows) > 0.99 * EXPERIMENTS
