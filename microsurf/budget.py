@@ -93,13 +93,47 @@ def budget_of(
         θ outermost, then φ, then Kd.
 
     """
+    cases = cases_of(
+        scene,
+        measured,
+        predicted,
+        surfaces,
+        theory=theory,
+        refinement=refinement,
+        exchange=exchange,
+        walks=walks,
+        seed=seed,
+    )
+    return [Budget(*place, _sizes(case), split(case)) for place, case in cases.items()]
+
+
+def _sizes(case: Case) -> dict[str, float]:
+    """What was predicted, and in all."""
+    sizes = {q: estimate.value for q, estimate in case.predicted.items()}
+    sizes["total"] = sum(sizes[q] for q in (*FIRST, *HIGHER) if q in sizes)
+    return sizes
+
+
+def cases_of(
+    scene: Scene,
+    measured: xr.Dataset,
+    predicted: tuple[xr.Dataset, xr.Dataset | None],
+    surfaces: Sequence[Heightfield],
+    *,
+    theory: tuple[xr.Dataset, xr.Dataset | None] | None = None,
+    refinement: Refinement | None = None,
+    exchange: Mapping[float, Mapping[str, float]] | None = None,
+    walks: int = WALKS,
+    seed: int = 0,
+) -> dict[tuple[float, float, float], Case]:
+    """Return what is to be split, by θ_i, φ_i and Kd; parameters as of `budget_of`."""
     slopes = slopes_of(surfaces, scene)
     n = scene.material.n
     later = None
     if scene.requires.multiple_scattering and predicted[1] is not None:
         later = order_change(scene, slopes, walks=walks, seed=seed).change
     lost = summary.lost_paths(measured).values
-    budgets = []
+    cases = {}
     for t, theta in enumerate(scene.light.theta):
         for p, phi in enumerate(scene.light.phi):
             changes = [
@@ -115,7 +149,7 @@ def budget_of(
                     walked = _later(later.isel(theta_i=t, phi_i=p), n, kd)
                     effect |= {q: walked[q] for q in HIGHER if q in ideal}
                 mirrored = float(np.mean([c[2][0] for c in changes]))
-                case = Case(
+                cases[theta, phi, kd] = Case(
                     measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
                     ray_errors=_ray_errors(measured, n, kd, (t, p)),
                     predicted=seen,
@@ -125,12 +159,10 @@ def budget_of(
                     mesh=None if refinement is None else refinement.parts("mesh", kd, (t, p)),
                     tile=None if refinement is None else refinement.parts("tile", kd, (t, p)),
                     lost=float(lost[t, p]),
+                    expected=None if theory is None else _expected(seen, theory, n, kd, (t, p)),
                     exchange=None if exchange is None else exchange.get(theta),
                 )
-                sizes = {q: seen[q].value for q in seen}
-                sizes["total"] = sum(sizes[q] for q in (*FIRST, *HIGHER) if q in sizes)
-                budgets.append(Budget(theta, phi, kd, sizes, split(case)))
-    return budgets
+    return cases
 
 
 def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, float]]:
@@ -169,6 +201,31 @@ def _walked(walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]) -> di
         q: Estimate(float(v[0][place]), _NORMAL * float(np.sqrt(max(v[0][place], 0.0) / paths)))
         for q, v in components(walk, n, kd).items()
     }
+
+
+def _expected(
+    seen: Mapping[str, Estimate],
+    theory: tuple[xr.Dataset, xr.Dataset | None],
+    n: float,
+    kd: float,
+    place: tuple[int, int],
+) -> dict[str, Estimate]:
+    """Return later orders of a theory whose every event has the candidate's faults of order 1.
+
+    Orders of b body events have the ratio of the body b times, that of mirroring else.
+    """
+    first, walk = theory
+    if walk is None:
+        return {}
+    ideal = _parts((first, None), n, kd, place)
+    ratios = [seen[q].value / ideal[q].value if ideal[q].value > 0 else 1.0 for q in FIRST]
+    mirrored, body = ratios
+    flux = walk.flux
+    b = result.BODY_EVENTS[: flux.sizes["body_events"]]
+    others = np.maximum(flux.order.values[:, None] - b, 0)
+    factor = xr.DataArray(mirrored**others * body**b, dims=("order", "body_events"))
+    walked = _walked(walk.assign(flux=flux * factor), n, kd, place)
+    return {q: walked[q] for q in HIGHER if q in walked}
 
 
 def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, Estimate]:

@@ -3,24 +3,27 @@
 measured − predicted is split by substituting one thing after the other, in this order:
 
 law         the prediction by the reference theory of the same assumptions (Smith): a fault of
-            the prediction's own facet, or another masking than Smith's
+            the prediction's own facet, or another masking than Smith's; of later orders what
+            the fault of order 1 makes of them if every event has it
 slopes      STD by the slopes the surfaces have, the tail a mesh can't hold left out
 mesh        what a finer mesh would change
 tile        a bound of what a larger tile would change: nothing is taken off for it, and the
             intervals of what follows do not hold it
 losses      light that was lost
 masking     Smith's masking and shadowing by the structure's own: all that is left of order 1;
-            and what this makes of later orders, at the walk's rate: light that is let out
-            less at first is met again
-multiple    multiple scattering by the structure's own: all that is left of later orders
+            and what this makes of later orders: light that is let out less at first is met
+            again, and the odds of being let out change at every later event as they did at
+            the first
+multiple    multiple scattering by the structure's own, or what the prediction's lacks: all that
+            is left of later orders
 noise       of rays and of surfaces: nothing in the mean
 
 Had masking been substituted before the slopes, the share of each would be another: by how much
 is part of the uncertainty of both. Intervals are of 95 %.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +78,8 @@ class Case:
         What a finer mesh and a larger tile change; None if that was not measured.
     lost : float
         Part of the light that was lost.
+    expected : mapping of Estimate or None
+        Later orders of ``theory`` if every event had the faults of order 1 of ``predicted``.
     exchange : mapping of float
         By how much the terms slopes and masking of a part depend on their order.
 
@@ -89,6 +94,7 @@ class Case:
     mesh: Parts | None = None
     tile: Parts | None = None
     lost: float = 0.0
+    expected: Parts | None = None
     exchange: Mapping[str, float] | None = None
 
     def realised(self, q: str) -> Estimate:
@@ -116,17 +122,21 @@ def split(case: Case) -> dict[str, dict[str, Term]]:
     first = {q: _first(case, q) for q in (*FIRST, *LOBES)}
     let_out = sum((first[q]["masking"] for q in FIRST), _Sum.nothing())
     parts: dict[str, dict[str, _Sum]] = dict(first)
-    goes_on = case.scattered - sum(case.realised(q).value for q in FIRST)
-    for q in HIGHER:
-        if q in case.measured and q in case.slopes:
-            rate = case.realised(q).value / goes_on if goes_on > 0 else 0.0
-            parts[q] = _later(case, q, rate, let_out)
+    later = [q for q in HIGHER if q in case.measured and q in case.slopes]
+    changes = _as_at_first(case, later, let_out.each)
+    # What is not known of order 1 is passed on, with its sign.
+    apart = _as_at_first(case, later, let_out.each + let_out.half)
+    passed_on = {q: float(np.mean(apart[q] - changes[q])) for q in later}
+    for q in later:
+        parts[q] = _later(case, q, changes[q], abs(passed_on[q]))
     adding = [parts[q] for q in (*FIRST, *HIGHER) if q in parts]
     parts[TOTAL] = {
         term: sum((part[term] for part in adding if term in part), _Sum.nothing())
         for term in TERMS
         if any(term in part for part in adding)
     }
+    known = abs(let_out.half + sum(passed_on.values()))
+    parts[TOTAL]["masking"] = replace(parts[TOTAL]["masking"], half=known)
     noise = {q: case.ray_errors.get(q, 0.0) for q in parts}
     return {
         q: {term: found.term(q, term, noise[q]) for term, found in terms.items()}
@@ -175,9 +185,7 @@ class _Sum:
 def _before(case: Case, q: str) -> dict[str, _Sum]:
     """Terms that do not depend on the surface's structure."""
     found = {
-        "law": _Sum.of(
-            NOTHING if case.theory is case.predicted else case.theory[q] - case.predicted[q]
-        ),
+        "law": _Sum.of(_law(case, q)),
         "slopes": _Sum.of(case.slopes[q]),
     }
     for term, parts in (("mesh", case.mesh), ("tile", case.tile)):
@@ -187,6 +195,17 @@ def _before(case: Case, q: str) -> dict[str, _Sum]:
     mean = float(np.mean(case.measured[q]))
     found["losses"] = _Sum.of(Estimate(-case.lost * mean))
     return found
+
+
+def _law(case: Case, q: str) -> Estimate:
+    """Theory less prediction; of later orders less what order 1 lets expect of it."""
+    if case.theory is case.predicted:
+        return NOTHING
+    if case.expected is None or q not in case.expected:
+        return case.theory[q] - case.predicted[q]
+    # Of the same walks: their sampling drops out but for the factor.
+    off = case.theory[q].value - case.expected[q].value
+    return Estimate(off, abs(case.theory[q].half - case.expected[q].half))
 
 
 def _rest(case: Case, q: str, before: Mapping[str, _Sum]) -> _Sum:
@@ -207,13 +226,44 @@ def _first(case: Case, q: str) -> dict[str, _Sum]:
     return found | {"noise": _noise(case, q)}
 
 
-def _later(case: Case, q: str, rate: float, let_out: "_Sum") -> dict[str, _Sum]:
+def _as_at_first(case: Case, later: Sequence[str], let_out: Array) -> dict[str, Array]:
+    """Change of later orders on each surface if ``let_out`` more leaves in order 1.
+
+    At each event a facet scatters the part ``scattered`` of the light, and the odds e/(1 − e)
+    of leaving then change by the factor by which they did at the first event. Orders that are
+    not told apart follow the light that goes on.
+    """
+    scattered = case.scattered
+    leaves = sum(case.realised(q).value for q in FIRST)
+    goes_on, now = scattered - leaves, np.maximum(scattered - leaves - let_out, 0)
+    if goes_on <= 0 or leaves <= 0:
+        return {q: np.zeros_like(let_out) for q in later}
+    odds = np.maximum(leaves + let_out, 0) * goes_on / (leaves * np.maximum(now, 1e-12))
+    ratio = now / goes_on  # of the light that goes on
+    changes = {}
+    for q in later:
+        size, arrives = case.realised(q).value, scattered * goes_on
+        changes[q] = size * (ratio - 1)
+        if q == HIGHER[-1] or not 0 < size < arrives:
+            continue
+        share = size / arrives
+        share_now = odds * share / (1 - share + odds * share)
+        changes[q] = share_now * arrives * ratio - size
+        goes_on = arrives - size
+        ratio = (arrives * ratio - size - changes[q]) / goes_on
+    return changes
+
+
+def _later(case: Case, q: str, masking: Array, passed_on: float) -> dict[str, _Sum]:
     found = _before(case, q)
     rest = _rest(case, q, found)
-    masking = -rate * let_out.each
+    own = NOTHING
+    if case.expected is not None:
+        own = case.expected[q] - case.predicted.get(q, NOTHING)
+    half = float(np.linalg.norm([rest.half, own.half, passed_on]))
     return found | {
-        "masking": _Sum(0.0, rate * let_out.half, masking),
-        "multiple": _Sum(rest.fixed, rest.half, rest.each - masking),
+        "masking": _Sum(0.0, passed_on, masking),
+        "multiple": _Sum(rest.fixed + own.value, half, rest.each - masking),
         "noise": _noise(case, q),
     }
 

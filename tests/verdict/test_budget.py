@@ -1,5 +1,7 @@
 """The arithmetic of budgets on numbers made up: terms add up, and each defect has its place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from judge import rate
@@ -65,17 +67,51 @@ def test_each_defect_has_its_term():
         assert term == "masking" or largest(found[TOTAL]) == term
 
 
-def test_light_let_out_at_first_is_not_met_again():
-    """A tenth more of order 1 leaves a tenth less of what goes on: all of it is masking."""
-    goes_on = 0.6 - THEORY[FIRST[0]] - THEORY[FIRST[1]]
-    more = 0.1 * THEORY[FIRST[1]]
-    change = {FIRST[1]: 0.1} | dict.fromkeys(HIGHER, -more / goes_on)
-    found = split(case(change=change))
+def test_odds_of_leaving_change_at_every_event():
+    """Of light that only mirrors lose: a chain e₁, e₂, e₃ by hand, with odds 1.2 times as high.
+
+    All of the change is masking, and no light is made. Negative control: the same odds at the
+    first event alone leave later orders to multiple scattering.
+    """
+    shares = np.array([0.8, 0.7, 0.6])  # of what arrives
+    more = 1.2 * shares / (1 - shares + 1.2 * shares)
+
+    def orders(first, later):
+        chain = np.array([first[0], *later[1:]])
+        goes_on = np.cumprod(np.array([1.0, *(1 - chain)]))
+        return dict(zip((FIRST[1], *HIGHER), (*(chain * goes_on[:-1]), goes_on[-1]), strict=True))
+
+    theory, measured, first_alone = orders(shares, shares), orders(more, more), orders(more, shares)
+
+    def found(seen):
+        estimates = {q: Estimate(theory.get(q, 0.0)) for q in THEORY | LOBE}
+        values = {q: np.full(3, seen.get(q, 0.0)) for q in THEORY | LOBE}
+        nothing = dict.fromkeys(estimates, Estimate(0.0))
+        return split(Case(values, {}, estimates, estimates, nothing, scattered=1.0))
+
+    right, wrong = found(measured), found(first_alone)
     for q in HIGHER:
-        assert found[q]["masking"].value == pytest.approx(-THEORY[q] * more / goes_on)
-        assert found[q]["multiple"].value == pytest.approx(0, abs=1e-15)
-    later = sum(THEORY[q] for q in HIGHER)
-    assert found[TOTAL]["masking"].value == pytest.approx(more * (1 - later / goes_on))
+        assert right[q]["masking"].value == pytest.approx(measured[q] - theory[q], abs=1e-12)
+        assert right[q]["multiple"].value == pytest.approx(0, abs=1e-12)
+        assert abs(wrong[q]["multiple"].value) > 1e-3
+    assert right[TOTAL]["masking"].value == pytest.approx(0, abs=1e-12)
+
+
+def test_what_is_not_known_of_order_1_is_passed_on_with_its_sign():
+    """At Kd = 1 all light leaves: the masking of the total is known whatever order 1 is."""
+    mesh = dict.fromkeys(THEORY | LOBE, Estimate(0.0)) | {FIRST[1]: Estimate(0.0, 0.01)}
+    whole = case(mesh=mesh)
+    whole = replace(whole, scattered=1.0, theory=dict(whole.theory))
+    theory = dict(whole.theory) | {"order 4+": Estimate(1 - sum(THEORY.values()) + 0.01)}
+    whole = replace(
+        whole, theory=theory, predicted=theory,
+        measured=whole.measured | {"order 4+": np.full(6, theory["order 4+"].value)},
+    )  # fmt: skip
+    found = split(whole)
+    assert found[FIRST[1]]["masking"].high == pytest.approx(0.01)
+    later = sum(found[q]["masking"].high - found[q]["masking"].value for q in HIGHER)
+    assert later >= 0.01
+    assert found[TOTAL]["masking"].high == pytest.approx(0, abs=1e-12)
 
 
 def test_of_the_theory_itself_nothing_is_left(judge):
