@@ -80,17 +80,19 @@ def kept_run(path: Path, run: int) -> Row:
 
 
 def repeated(scene: str, one: Row, other: Row) -> list[Row]:
-    """For each quantity and of error and cost: pairs of rungs, and what both runs say of them."""
-    table = []
+    """Of the error of each quantity and of cost: pairs of rungs, and what both runs say of them."""
+    table: list[Row] = []
     for quantity, first in one["told"].items():
         names = [row["rung"] for row in one["rows"] if row["quantity"] == quantity]
         for order, pairs in first.items():
+            if order == "cost" and any(row["of"] == "cost" for row in table):
+                continue  # it is the same for every quantity
             above = {tuple(pair) for pair in pairs}
             again = {tuple(pair) for pair in other["told"][quantity][order]}
             back = {(b, a) for a, b in again}
             table.append({
                 "scene": scene,
-                "quantity": quantity,
+                "quantity": quantity if order == "error" else "every",
                 "of": order,
                 "pairs": len(list(combinations(names, 2))),
                 "separated_in_both": len(above & again),

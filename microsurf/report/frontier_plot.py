@@ -84,8 +84,8 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> Figure:
         draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
         panel.tick_params(labelsize=8)
+        panel.set_xlabel("processor time of an angle (s)", fontsize=8.5)
     line[0].set_ylabel("error (%)", fontsize=9)
-    drawn.supxlabel("processor time of an angle (s)", fontsize=9)
     if name:
         drawn.suptitle(name, fontsize=10)
     legend(drawn)
@@ -135,7 +135,7 @@ def draw_rungs(panel: Axes, table: Sequence[Mapping[str, Any]]) -> None:
     best = 100 * np.clip(np.minimum.accumulate(y), LEAST, MOST)
     panel.step(x, best, where="post", color=GREY, linewidth=1, zorder=0)
     panel.set(xscale="log", yscale="log")
-    panel.set_ylim(100 * LEAST, 150 * MOST)
+    panel.set_ylim(60 * LEAST, 150 * MOST)
     for level in (1, 3, 10):
         panel.axhline(level, color="#bbbbbb", linewidth=0.6, linestyle=":", zorder=0)
     panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)

@@ -25,7 +25,10 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
         panel.tick_params(labelsize=8)
     for panel in grid.ravel()[len(tables) :]:
         panel.set_axis_off()
-    drawn.supxlabel("processor time of an angle (s)", fontsize=9)
+    for k in range(columns):  # under the lowest panel of each column
+        lowest = grid[(len(tables) - 1 - k) // columns, k]
+        lowest.tick_params(labelbottom=True)
+        lowest.set_xlabel("processor time (s)", fontsize=SMALL)
     what = QUANTITIES[quantity].removesuffix(", relative")
     drawn.supylabel(f"error of the {what} (%)", fontsize=9)
     legend(drawn, columns=3)
@@ -80,12 +83,12 @@ def over_all(rows: Rows) -> Figure:
                 color=colour, marker=marker, markersize=8 if marker == "*" else 5,
                 linestyle="none", linewidth=0.7, label=label,
             )  # fmt: skip
-        panel.set(xscale="log", yscale="log", ylim=(100 * LEAST, 150 * MOST))
+        panel.set(xscale="log", yscale="log", ylim=(60 * LEAST, 150 * MOST))
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
         panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
         panel.spines[["top", "right"]].set_visible(False)
         panel.tick_params(labelsize=8)
+        panel.set_xlabel("time over the cheapest's", fontsize=SMALL)
     grid[0].set_ylabel("error (%)", fontsize=9)
-    drawn.supxlabel("processor time over that of the scene's cheapest rung", fontsize=9)
     legend(drawn, columns=3, title="symbols: median over scenes; bars: least to most")
     return drawn

@@ -62,11 +62,22 @@ def test_a_planted_reversal_is_counted(values, costs, error, cost):
         counted = ("separated_in_both", "separated_in_one", "ties", "reversed")
         assert sum(row[key] for key in counted) == row["pairs"]
         assert min(row[key] for key in counted) >= 0
+    assert (of_error["quantity"], of_cost["quantity"]) == ("albedo", "every")
     assert ("a > b" in of_error["which"]) == bool(error)
     line = next(
         x for x in frontiers.page([of_error, of_cost]).splitlines() if "opposite order" in x
     )
     assert line.endswith(f"| {error} | {cost} |")
+
+
+def test_cost_is_counted_once_for_all_quantities():
+    run = told(VALUES, COSTS)
+    several = {
+        "rows": [row | {"quantity": q} for q in ("albedo", "peak") for row in run["rows"]],
+        "told": dict.fromkeys(("albedo", "peak"), run["told"]["albedo"]),
+    }
+    table = frontiers.repeated("s", several, several)
+    assert [row["of"] for row in table] == ["error", "cost", "error"]
 
 
 def test_two_angles_of_any_scene():
