@@ -77,9 +77,11 @@ def test_sections_of_scenes_and_of_all(found, measured):
     (picture,) = part.pictures
     assert len(picture.rows) == sum(len(points) for points in found.points.values())
     assert not any(row["model"] == "surface" for row in picture.rows)
-    (over_all,) = sections.of_all([entry, bare], [])
+    other = replace(entry, name="other")
+    (over_all,) = sections.of_all([entry, other, bare], [])
     assert {row["rung"] for row in over_all.pictures[0].rows} == {r.rung.name for r in found.runs}
-    assert sections.of_all([bare], []) == []
+    assert {row["scenes"] for row in over_all.pictures[0].rows} == {2}
+    assert sections.of_all([entry, bare], []) == []  # it would say the same again
 
 
 def test_a_flat_scene_has_one_rung_that_is_right():

@@ -37,20 +37,23 @@ _MASKING = (
     "(symbols), and by Smith's theory in the same bins (lines). Differences of opposite sign "
     "cancel in albedos."
 )
+_EXACT = 1e-6
+"""Errors of rounding are not told apart."""
 _FRONTIER = """What each model costs on this scene and how far it is off, against what was
-measured above ({reference}; that is uncertain by {known}, which is in every interval). Explicit
-surfaces are not among them: they would share their realisations with the reference.
+measured above ({reference}; that is uncertain by at most {known}, which is in every interval).
+Explicit surfaces are not among them: they would share their realisations with the reference.
 `microsurf tradeoff` runs them too, against a finer mesh."""
 _FRONTIER_CAPTION = (
     "Error against processor time of an angle; the worst angle and Kd count, with the model's own "
-    "noise. Bars: 95 %. Filled: the frontier; hollow: another is cheaper and better beyond doubt."
+    "noise. Bars: 95 %. Filled: the frontier; hollow: another is cheaper and better beyond doubt. "
+    "Models only, no explicit surfaces: `microsurf tradeoff` has both."
 )
 _OVER_ALL = """Models on the {scenes} rough scenes of this report, each against its own measurement:
-median and range over scenes. Cost is in that of the scene's cheapest model. For explicit surfaces
-too, run `microsurf tradeoff` on a scene."""
+median and range over scenes. Cost is in that of the scene's cheapest model."""
 _OVER_ALL_CAPTION = (
     "Error against relative cost of each model: medians over scenes (symbols), and from the least "
-    "to the most (bars). Errors below 0.01 % and above 200 % are drawn there."
+    "to the most (bars). Errors below 0.01 % and above 200 % are drawn there. Models only, no "
+    "explicit surfaces: `microsurf tradeoff` has both."
 )
 _INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
 largest that is no fault. Those decided by chance alarm falsely in about one report of 10 000."""
@@ -153,7 +156,9 @@ def _frontier(entry: Validation, slug: str) -> Section | None:
         return None
     rows = _frontier_rows(entry.frontier)
     reference = entry.frontier.reference
-    known = ", ".join(f"{100 * v:.2g} % ({name})" for name, v in reference.half_width.items())
+    known = ", ".join(
+        f"{100 * max(v, _EXACT):.2g} % ({name})" for name, v in reference.half_width.items()
+    )
     text = _FRONTIER.format(reference=reference.text.removeprefix("reference: "), known=known)
     picture = Picture(f"{slug}-frontier", frontier_plot.figure(rows), _FRONTIER_CAPTION, rows)
     return Section("frontier", "Speed against accuracy", text, (), (picture,))
@@ -162,9 +167,10 @@ def _frontier(entry: Validation, slug: str) -> Section | None:
 def _frontiers(entries: Sequence[Validation]) -> Section | None:
     tables = {e.name: _frontier_rows(e.frontier) for e in entries if e.frontier is not None}
     rows = frontiers_plot.medians(tables)
-    if not rows:
+    scenes = max((row["scenes"] for row in rows), default=0)
+    if scenes < 2:  # of one it says what stands at the scene
         return None
-    text = _OVER_ALL.format(scenes=max(row["scenes"] for row in rows))
+    text = _OVER_ALL.format(scenes=scenes)
     picture = Picture("frontiers", frontiers_plot.over_all(rows), _OVER_ALL_CAPTION, rows)
     return Section("frontiers", "Speed against accuracy", text, (), (picture,))
 
