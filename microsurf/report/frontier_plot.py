@@ -83,7 +83,7 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> Figure:
     for panel, quantity in zip(line, names, strict=True):
         draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
-        panel.tick_params(labelsize=8)
+        panel.tick_params(which="both", labelsize=8)
         panel.set_xlabel("processor time of an angle (s)", fontsize=8.5)
     line[0].set_ylabel("error (%)", fontsize=9)
     if name:

@@ -22,7 +22,7 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
     for panel, (name, table) in zip(grid.ravel(), tables.items(), strict=False):
         draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
         panel.set_title(name, fontsize=SMALL)
-        panel.tick_params(labelsize=8)
+        panel.tick_params(which="both", labelsize=8)
     for panel in grid.ravel()[len(tables) :]:
         panel.set_axis_off()
     for k in range(columns):  # under the lowest panel of each column
@@ -87,7 +87,7 @@ def over_all(rows: Rows) -> Figure:
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
         panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
         panel.spines[["top", "right"]].set_visible(False)
-        panel.tick_params(labelsize=8)
+        panel.tick_params(which="both", labelsize=8)
         panel.set_xlabel("time over the cheapest's", fontsize=SMALL)
     grid[0].set_ylabel("error (%)", fontsize=9)
     legend(drawn, columns=3, title="symbols: median over scenes; bars: least to most")

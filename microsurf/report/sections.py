@@ -46,6 +46,7 @@ Explicit surfaces are not among them: they would share their realisations with t
 _FRONTIER_CAPTION = (
     "Error against processor time of an angle; the worst angle and Kd count, with the model's own "
     "noise. Bars: 95 %. Filled: the frontier; hollow: another is cheaper and better beyond doubt. "
+    "Errors below 0.01 % and above 200 % are drawn there. "
     "Models only, no explicit surfaces: `microsurf tradeoff` has both."
 )
 _OVER_ALL = """Models on the {scenes} rough scenes of this report, each against its own measurement:
