@@ -49,7 +49,7 @@ def frontier_of(
     if measured.sizes["realisation"] < LEAST or not (needs.interface or needs.substrate):
         return None
     reference = Reference(
-        draws_of(measured, scene), scene.surface, scene.accuracy.paths,
+        draws_of(measured, scene), scene.surface, int(measured.paths.min()),
         float(measured.attrs["seconds"]), needs.roughness,
     )  # fmt: skip
     rungs = rungs_of(scene, EFFORT)
