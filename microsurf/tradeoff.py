@@ -100,12 +100,17 @@ def tradeoff(
         for run in run_all(scene, rungs, seed):
             runs.append(run)
             shown.update()
+    return replace(judged(scene, reference, runs), seconds=time.perf_counter() - begin)
+
+
+def judged(scene: Scene, reference: Reference, runs: list[Run]) -> Tradeoff:
+    """Points of all runs by quantity, and which are dominated; seconds are those of the runs."""
     points = {
         name: [point(run, squared(run, reference, name)) for run in runs]
         for name in quantities_of(scene)
     }
     dominated = {name: ladder.dominated(of) for name, of in points.items()}
-    seconds = time.perf_counter() - begin
+    seconds = sum(scene.light.angles * sum(run.seconds) for run in runs)
     return Tradeoff(scene, reference, runs, points, dominated, seconds)
 
 
@@ -169,7 +174,7 @@ def refer(
         draws = joined(parts)
         seconds = time.process_time() - begin
         found = Reference(draws, own, effort.paths, seconds, scene.requires.roughness)
-        found = replace(found, half_width=_half_widths(scene, found))
+        found = with_half_widths(scene, found)
         if wanted is None or found.half_width[wanted[0]] <= wanted[1]:
             return found
         count = min(found.surfaces, effort.most - found.surfaces)
@@ -177,12 +182,14 @@ def refer(
             return found
 
 
-def _half_widths(scene: Scene, reference: Reference) -> dict[str, float]:
-    return {
+def with_half_widths(scene: Scene, reference: Reference) -> Reference:
+    """The reference with its own uncertainty, by quantity."""
+    found = {
         name: max(ladder.half_width(other) for _, other in _pairs(None, reference, name))
         for name in quantities_of(scene)
         if name not in _DEGREES
     }
+    return replace(reference, half_width=found)
 
 
 def squared(run: Run, reference: Reference, name: str) -> Squared:

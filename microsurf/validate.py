@@ -9,11 +9,13 @@ import xarray as xr
 
 from . import budget as budgets
 from . import invariants, left_out, model, summary, verdict
+from .frontier import frontier_of
 from .masking import masking_by_slope
 from .refinement import refine
 from .scene import BECKMANN, Scene
 from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
 from .trace import measure
+from .tradeoff import Tradeoff
 
 MODELS = ("smith", "vcavity")
 """What order 1 of each scene is compared with; verdicts are about the first."""
@@ -53,6 +55,9 @@ class Validation:
     masking : list of dict
         Masking and shadowing by facet slope, see `masking.masking_by_slope`; empty unless
         the scene was refined.
+    frontier : Tradeoff or None
+        What the models cost and how far they are off, see `frontier.frontier_of`; None unless
+        the scene was refined.
     seconds : float
         All of it.
     trial : Trial or None
@@ -75,6 +80,7 @@ class Validation:
     left_out: list[dict[str, Any]] = field(default_factory=list)
     budget: list[budgets.Budget] = field(default_factory=list)
     masking: list[dict[str, Any]] = field(default_factory=list)
+    frontier: Tradeoff | None = None
     seconds: float = 0.0
     trial: verdict.Trial | None = None
     faults: list[str] = field(default_factory=list)
@@ -99,7 +105,8 @@ def validate_scene(
 
     A surface that comes from a file is compared with the STD fitted to its facet
     slopes by maximum likelihood. ``refined``: what mesh and tile leave is measured too,
-    on a dozen more surfaces, and masking by facet slope. ``surface_paths``: see `measure`.
+    on a dozen more surfaces, masking by facet slope, and what the models cost.
+    ``surface_paths``: see `measure`.
     """
     begin = time.perf_counter()
     surfaces = None
@@ -121,7 +128,11 @@ def validate_scene(
     if scene.surface.file is not None and surfaces:
         fit = fit_std(surfaces[0])
         theory = fitted_scene(scene, fit)
-    predicted = {key: model.predict(theory, key) for key in _models(scene)}
+    predicted, seconds = {}, {}
+    for key in _models(scene):
+        clock = time.process_time()
+        predicted[key] = model.predict(theory, key)
+        seconds[key] = time.process_time() - clock
     first = next(iter(predicted.values()))
     if scene.requires.roughness and scene.requires.multiple_scattering:
         predicted[WALK] = model.walk(
@@ -143,6 +154,10 @@ def validate_scene(
             walks=min(budgets.WALKS, scene.accuracy.paths * len(surfaces)),
             seed=seed,
         )
+    frontier = None
+    if refined:
+        made = {key: (predicted[key], spent) for key, spent in seconds.items()}
+        frontier = frontier_of(theory, measured, made, seed=seed)
     roughness = theory.roughness
     return Validation(
         name=name,
@@ -165,6 +180,7 @@ def validate_scene(
         ),
         budget=terms,
         masking=by_slope,
+        frontier=frontier,
         seconds=time.perf_counter() - begin,
     )
 

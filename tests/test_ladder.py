@@ -96,7 +96,7 @@ def test_rows_and_figure(found):
     for name in ("albedo", "peak", "lobe"):
         seconds = [c["seconds"] or np.inf for c in costs if c["quantity"] == name]
         assert seconds == sorted(seconds, reverse=True)  # more accuracy never costs less
-    panels = frontier_plot.figure(found, "small").axes
+    panels = frontier_plot.figure(rows, "small").axes
     assert [panel.get_xscale() for panel in panels] == ["log"] * 3
 
 

@@ -43,7 +43,7 @@ def tradeoff_command(
         | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
         | stated
     )
-    _save(found, values, out)
+    _save(values, out)
     if as_json:
         show(values, as_json=True)
         return
@@ -77,13 +77,13 @@ def _values(found: Tradeoff) -> dict[str, Any]:
     }
 
 
-def _save(found: Tradeoff, values: dict[str, Any], out: Path) -> None:
+def _save(values: dict[str, Any], out: Path) -> None:
     """Write all four files; none takes its name before all are written."""
-    picture = figure(found, values["scene"])
+    picture = figure(values["rungs"], values["scene"])
     with ExitStack() as files:
         names = [f"tradeoff.{ending}" for ending in ("png", "pdf", "csv", "json")]
         png, pdf, table, text = (files.enter_context(whole_file(out / name)) for name in names)
-        picture.savefig(png, dpi=100)
+        picture.savefig(png, dpi=150)
         picture.savefig(pdf)
         with table.open("w", encoding="utf-8", newline="") as lines:
             writer = csv.DictWriter(lines, list(values["rungs"][0]), lineterminator="\n")

@@ -1,6 +1,6 @@
 """Error against cost of every rung of the ladder: the frontier, and what lies behind it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from ..tradeoff import CHOICES, QUANTITIES, Tradeoff
 from ..verdict import ladder
-from .plots import BLACK, BLUE, GREY, ORANGE, VERMILION
+from .plots import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
 
 GREEN, PURPLE = "#009E73", "#CC79A7"
-_STYLE = {
+STYLE = {
     "flat": (GREY, "v", "flat"),
     "approximate": (ORANGE, "^", "closed approximation"),
     "smith": (BLUE, "o", "Smith, one order"),
@@ -24,7 +24,7 @@ _STYLE = {
     "vcavity-walk": (PURPLE, ">", "V-cavity walk, all orders"),
     "surface": (BLACK, "*", "explicit surfaces"),
 }
-_LEAST, _MOST = 1e-4, 2.0
+LEAST, MOST = 1e-4, 2.0
 """Errors are drawn within these: a flat mirror's peak is off by hundreds of times."""
 
 
@@ -75,48 +75,43 @@ def within(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def figure(found: Tradeoff, name: str = "") -> Figure:
-    """A panel for each of albedo, peak and lobe that the scene has."""
-    return panels({name: rows(found)})
-
-
-def panels(scenes: Mapping[str, list[dict[str, Any]]]) -> Figure:
-    """The same of several scenes, by their rows: a line of panels each."""
-    names = [q for q in CHOICES if any(r["quantity"] == q for t in scenes.values() for r in t)]
-    size = (3.3 * len(names) + 0.4, 2.6 * len(scenes) + 1.1)
-    drawn = Figure(figsize=size, layout="constrained")
-    grid = drawn.subplots(len(scenes), len(names), squeeze=False, sharex=True)
-    for line, (scene, table) in zip(grid, scenes.items(), strict=True):
-        for panel, quantity in zip(line, names, strict=True):
-            of_it = [row for row in table if row["quantity"] == quantity]
-            title = QUANTITIES[quantity].removesuffix(", relative")
-            _panel(panel, of_it)
-            panel.set_title(f"{scene}: {title}" if scene else title, fontsize=9)
-        line[0].set_ylabel("error (%)")
-    for panel in grid[-1]:
-        panel.set_xlabel("processor time of an angle (s)")
-    handles: dict[str, Any] = {}
-    for panel in grid.ravel():
-        found = zip(*panel.get_legend_handles_labels(), strict=True)
-        handles |= {label: handle for handle, label in found}
-    drawn.legend(
-        list(handles.values()), list(handles), loc="outside lower center", ncols=4, fontsize=8,
-        frameon=False, title_fontsize=8,
-        title="hollow: dominated; line: frontier; bars: 95 %; arrow: not told from 0",
-    )  # fmt: skip
+def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> Figure:
+    """A panel for each of albedo, peak and lobe that the scene has, by its `rows`."""
+    names = [q for q in CHOICES if any(row["quantity"] == q for row in table)]
+    drawn = new_figure(3.9)
+    line = drawn.subplots(1, len(names), squeeze=False, sharex=True, sharey=True)[0]
+    for panel, quantity in zip(line, names, strict=True):
+        draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
+        panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
+        panel.tick_params(which="both", labelsize=8)
+        panel.set_xlabel("processor time of an angle (s)", fontsize=8.5)
+    line[0].set_ylabel("error (%)", fontsize=9)
+    if name:
+        drawn.suptitle(name, fontsize=10)
+    legend(drawn)
     return drawn
 
 
-def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
+_HOW = "hollow: dominated; line: frontier; bars: 95 %; arrow: not told from 0"
+
+
+def legend(drawn: Figure, columns: int = 3, title: str = _HOW) -> None:
+    """Name each kind of rung once, below all panels."""
+    handles: dict[str, Any] = {}
+    for panel in drawn.axes:
+        found = zip(*panel.get_legend_handles_labels(), strict=True)
+        handles |= {label: handle for handle, label in found}
+    drawn.legend(
+        list(handles.values()), list(handles), loc="outside lower center", ncols=columns,
+        fontsize=8, frameon=False, title_fontsize=8, title=title,
+    )  # fmt: skip
+
+
+def draw_rungs(panel: Axes, table: Sequence[Mapping[str, Any]]) -> None:
     """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
-    if not table:
-        panel.text(0.5, 0.5, "the scene has none", ha="center", transform=panel.transAxes)
-        panel.set_yticks([])
-        panel.spines[:].set_visible(False)
-        return
     for row in table:
-        colour, marker, label = _STYLE[row["model"]]
-        known = row["error"] >= _LEAST
+        colour, marker, label = STYLE[row["model"]]
+        known = row["error"] >= LEAST
         value = 100 * _drawn(row["error"] if known else row["error_high"])
         x = row["seconds"]
         ends = [[x - row["seconds_low"]], [row["seconds_high"] - x]]
@@ -132,15 +127,15 @@ def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
             markerfacecolor="white" if behind else colour, label=label,
         )  # fmt: skip
     ahead = sorted(
-        (row["seconds"], row["error"] if row["error"] >= _LEAST else row["error_high"])
+        (row["seconds"], row["error"] if row["error"] >= LEAST else row["error_high"])
         for row in table
         if row["dominated_by"] is None
     )
     x, y = np.array(ahead).T
-    best = 100 * np.clip(np.minimum.accumulate(y), _LEAST, _MOST)
+    best = 100 * np.clip(np.minimum.accumulate(y), LEAST, MOST)
     panel.step(x, best, where="post", color=GREY, linewidth=1, zorder=0)
     panel.set(xscale="log", yscale="log")
-    panel.set_ylim(100 * _LEAST, 150 * _MOST)
+    panel.set_ylim(60 * LEAST, 150 * MOST)
     for level in (1, 3, 10):
         panel.axhline(level, color="#bbbbbb", linewidth=0.6, linestyle=":", zorder=0)
     panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
@@ -148,4 +143,4 @@ def _panel(panel: Axes, table: list[dict[str, Any]]) -> None:
 
 
 def _drawn(error: float) -> float:
-    return float(np.clip(error, _LEAST, _MOST))
+    return float(np.clip(error, LEAST, MOST))

@@ -5,9 +5,17 @@ from typing import Any
 
 from .. import budget, verdict
 from ..invariants import Invariant
+from ..tradeoff import Tradeoff
 from ..validate import Validation
 from ..verdict.budget import TERMS
-from . import attachments, budget_plot, candidate_plot, masking_plot
+from . import (
+    attachments,
+    budget_plot,
+    candidate_plot,
+    frontier_plot,
+    frontiers_plot,
+    masking_plot,
+)
 from .picture import Picture
 from .section import Section, Table
 
@@ -29,6 +37,25 @@ _MASKING = (
     "(symbols), and by Smith's theory in the same bins (lines). Differences of opposite sign "
     "cancel in albedos."
 )
+_EXACT = 1e-6
+"""Errors of rounding are not told apart."""
+_FRONTIER = """What each model costs on this scene and how far it is off, against what was
+measured above ({reference}; that is uncertain by at most {known}, which is in every interval).
+Explicit surfaces are not among them: they would share their realisations with the reference.
+`microsurf tradeoff` runs them too, against a finer mesh."""
+_FRONTIER_CAPTION = (
+    "Error against processor time of an angle; the worst angle and Kd count, with the model's own "
+    "noise. Bars: 95 %. Filled: the frontier; hollow: another is cheaper and better beyond doubt. "
+    "Errors below 0.01 % and above 200 % are drawn there. "
+    "Models only, no explicit surfaces: `microsurf tradeoff` has both."
+)
+_OVER_ALL = """Models on the {scenes} rough scenes of this report, each against its own measurement:
+median and range over scenes. Cost is in that of the scene's cheapest model."""
+_OVER_ALL_CAPTION = (
+    "Error against relative cost of each model: medians over scenes (symbols), and from the least "
+    "to the most (bars). Errors below 0.01 % and above 200 % are drawn there. Models only, no "
+    "explicit surfaces: `microsurf tradeoff` has both."
+)
 _INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
 largest that is no fault. Those decided by chance alarm falsely in about one report of 10 000."""
 _FAMILY = """The {comparisons} intervals are of 95 % each, not corrected for their number. A verdict
@@ -48,6 +75,7 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
                 _candidate(entry, slug),
                 _budget(entry, slug),
                 _masking(entry, slug),
+                _frontier(entry, slug),
                 _left_out(entry),
                 _invariants(entry.invariants, "What must hold here"),
             )
@@ -59,7 +87,11 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
 
 def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[Section]:
     """Sections of the whole report."""
-    found = [_family(entries), _invariants(lasting, "What must hold whatever the scene")]
+    found = [
+        _family(entries),
+        _frontiers(entries),
+        _invariants(lasting, "What must hold whatever the scene"),
+    ]
     return [section for section in found if section is not None]
 
 
@@ -118,6 +150,39 @@ def _masking(entry: Validation, slug: str) -> Section | None:
     drawn = masking_plot.rows(entry.masking, entry.measured.sizes["realisation"])
     picture = Picture(f"{slug}-masking", masking_plot.figure(drawn), _MASKING, drawn)
     return Section("masking", "Masking by facet slope", "", (), (picture,), ("smith1967",))
+
+
+def _frontier(entry: Validation, slug: str) -> Section | None:
+    if entry.frontier is None:
+        return None
+    rows = _frontier_rows(entry.frontier)
+    reference = entry.frontier.reference
+    known = ", ".join(
+        f"{100 * max(v, _EXACT):.2g} % ({name})" for name, v in reference.half_width.items()
+    )
+    text = _FRONTIER.format(reference=reference.text.removeprefix("reference: "), known=known)
+    picture = Picture(f"{slug}-frontier", frontier_plot.figure(rows), _FRONTIER_CAPTION, rows)
+    return Section("frontier", "Speed against accuracy", text, (), (picture,))
+
+
+def _frontiers(entries: Sequence[Validation]) -> Section | None:
+    tables = {e.name: _frontier_rows(e.frontier) for e in entries if e.frontier is not None}
+    rows = frontiers_plot.medians(tables)
+    scenes = max((row["scenes"] for row in rows), default=0)
+    if scenes < 2:  # of one it says what stands at the scene
+        return None
+    text = _OVER_ALL.format(scenes=scenes)
+    picture = Picture("frontiers", frontiers_plot.over_all(rows), _OVER_ALL_CAPTION, rows)
+    return Section("frontiers", "Speed against accuracy", text, (), (picture,))
+
+
+def _frontier_rows(found: Tradeoff) -> list[dict[str, Any]]:
+    """Rows of `frontier_plot.rows` without what a report does not measure."""
+    left_out = ("seconds_evaluation", "bytes", "bytes_basis")
+    return [
+        {key: value for key, value in row.items() if key not in left_out}
+        for row in frontier_plot.rows(found)
+    ]
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

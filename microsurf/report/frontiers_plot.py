@@ -1,0 +1,94 @@
+"""Error against cost of several scenes: a panel each, and all of them in one."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..tradeoff import CHOICES, QUANTITIES
+from .frontier_plot import LEAST, MOST, STYLE, draw_rungs, legend
+from .plots import SMALL, new_figure
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
+    """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity."""
+    columns = 3
+    lines = -(-len(tables) // columns)
+    drawn = new_figure(1.75 * lines + 1.2)
+    grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    for panel, (name, table) in zip(grid.ravel(), tables.items(), strict=False):
+        draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
+        panel.set_title(name, fontsize=SMALL)
+        panel.tick_params(which="both", labelsize=8)
+    for panel in grid.ravel()[len(tables) :]:
+        panel.set_axis_off()
+    for k in range(columns):  # under the lowest panel of each column
+        lowest = grid[(len(tables) - 1 - k) // columns, k]
+        lowest.tick_params(labelbottom=True)
+        lowest.set_xlabel("processor time (s)", fontsize=SMALL)
+    what = QUANTITIES[quantity].removesuffix(", relative")
+    drawn.supylabel(f"error of the {what} (%)", fontsize=9)
+    legend(drawn, columns=3)
+    return drawn
+
+
+def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
+    """For each quantity and rung the median and range over scenes of error and relative cost.
+
+    The cost is in those of the scene's cheapest rung. Scenes of one rung, which has no
+    other to be compared with, are left out.
+    """
+    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    models = {}
+    for table in tables.values():
+        for quantity in CHOICES:
+            mine = [row for row in table if row["quantity"] == quantity]
+            least = min((row["seconds"] for row in mine), default=1.0)
+            for row in mine if len(mine) > 1 else ():
+                models[row["rung"]] = row["model"]
+                pair = row["error"], row["seconds"] / least
+                found.setdefault((quantity, row["rung"]), []).append(pair)
+    rows = []
+    for (quantity, rung), pairs in found.items():
+        error, cost = np.array(pairs).T
+        rows.append({
+            "quantity": quantity, "rung": rung, "model": models[rung], "scenes": len(pairs),
+            "error": float(np.median(error)),
+            "error_low": float(error.min()), "error_high": float(error.max()),
+            "cost": float(np.median(cost)),
+            "cost_low": float(cost.min()), "cost_high": float(cost.max()),
+        })  # fmt: skip
+    return rows
+
+
+def over_all(rows: Rows) -> Figure:
+    """A panel for each quantity of `medians`: symbols the medians, bars the ranges."""
+    names = [q for q in CHOICES if any(row["quantity"] == q for row in rows)]
+    drawn = new_figure(4.3)
+    grid = drawn.subplots(1, max(len(names), 1), squeeze=False, sharex=True, sharey=True)[0]
+    for panel, quantity in zip(grid, names, strict=False):
+        for row in rows:
+            if row["quantity"] != quantity:
+                continue
+            colour, marker, label = STYLE[row["model"]]
+            values = 100 * np.clip([row[k] for k in ("error_low", "error", "error_high")],
+                                   LEAST, MOST)  # fmt: skip
+            x = row["cost"]
+            panel.errorbar(
+                x, values[1], np.abs(np.diff(values))[:, None],
+                [[x - row["cost_low"]], [row["cost_high"] - x]],
+                color=colour, marker=marker, markersize=8 if marker == "*" else 5,
+                linestyle="none", linewidth=0.7, label=label,
+            )  # fmt: skip
+        panel.set(xscale="log", yscale="log", ylim=(60 * LEAST, 150 * MOST))
+        panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
+        panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.tick_params(which="both", labelsize=8)
+        panel.set_xlabel("time over the cheapest's", fontsize=SMALL)
+    grid[0].set_ylabel("error (%)", fontsize=9)
+    legend(drawn, columns=3, title="symbols: median over scenes; bars: least to most")
+    return drawn

@@ -1,0 +1,197 @@
+"""The frontier of each built-in scene, twice: pictures, numbers, and whether the order repeats.
+
+    python validation/frontiers.py                    # the built-in scenes, two seeds
+    python validation/frontiers.py a.toml b.toml --out DIR
+
+Runs the quick ladder of `microsurf tradeoff` at two angles of each scene. Writes to
+reports/tradeoff a CSV for each scene (first run), frontiers.png, over_all.png, and repeat.md
+and repeat.csv: pairs of rungs whose order one run tells beyond its errors and the other tells
+the other way round; exit code 1 if there is one. Finished runs are kept in
+reports/latest/frontiers: the same command goes on after a stop; delete it to begin again.
+"""
+
+import argparse
+import csv
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from microsurf.files import whole_file
+from microsurf.ladder_effort import EFFORTS
+from microsurf.report import frontiers_plot
+from microsurf.report.frontier_plot import rows, within
+from microsurf.scene import Light, Scene
+from microsurf.scene_file import read
+from microsurf.tradeoff import Tradeoff, tradeoff
+from microsurf.verdict import ladder
+
+HERE = Path(__file__).parent
+OUT = HERE.parent / "reports" / "tradeoff"
+KEPT = HERE.parent / "reports" / "latest" / "frontiers"
+SEEDS = 3000, 4000  # apart from the report's own and from repeat.py's
+ANGLES = 30.0, 60.0
+CHANCE = 2 * ((1 - ladder.CONFIDENCE) / 2) ** 2
+"""That two runs tell two equal rungs apart, and in opposite order."""
+Row = dict[str, Any]
+Pairs = list[list[str]]
+
+
+def at_two_angles(scene: Scene) -> Scene:
+    """The same scene at 30 and 60 degrees if it has both, else at its first two above 0."""
+    own = [theta for theta in scene.light.theta if theta > 0] or list(scene.light.theta)
+    angles = ANGLES if set(ANGLES) <= set(own) else tuple(own[:2])
+    return replace(scene, light=Light(angles, scene.light.phi), expect={})
+
+
+def told(found: Tradeoff) -> dict[str, dict[str, Pairs]]:
+    """Pairs (above, below) by quantity that a run tells apart: of error, and of cost."""
+    return {
+        quantity: {
+            "error": [
+                [a.name, b.name]
+                for a in points
+                for b in points
+                if a is not b and ladder.worse(a.squared, b.squared)
+            ],
+            "cost": [[a.name, b.name] for a in points for b in points
+                     if a.seconds_low > b.seconds_high],
+        }
+        for quantity, points in found.points.items()
+    }  # fmt: skip
+
+
+def kept_run(path: Path, run: int) -> Row:
+    """Rows and pairs of one run of a scene, made now or by an earlier call."""
+    kept = KEPT / f"{path.stem}-{run + 1}.json"
+    if not kept.exists():
+        KEPT.mkdir(parents=True, exist_ok=True)
+        found = tradeoff(
+            at_two_angles(read(path)), EFFORTS["quick"], seed=SEEDS[run], progress=True
+        )
+        content = {"rows": rows(found), "told": told(found), "seconds": found.seconds}
+        with whole_file(kept) as temporary:
+            temporary.write_text(json.dumps(content), encoding="utf-8")
+    content = json.loads(kept.read_text(encoding="utf-8"))
+    return dict(content)
+
+
+def repeated(scene: str, one: Row, other: Row) -> list[Row]:
+    """Of the error of each quantity and of cost: pairs of rungs, and what both runs say of them."""
+    table: list[Row] = []
+    for quantity, first in one["told"].items():
+        names = [row["rung"] for row in one["rows"] if row["quantity"] == quantity]
+        for order, pairs in first.items():
+            if order == "cost" and any(row["of"] == "cost" for row in table):
+                continue  # it is the same for every quantity
+            above = {tuple(pair) for pair in pairs}
+            again = {tuple(pair) for pair in other["told"][quantity][order]}
+            back = {(b, a) for a, b in again}
+            table.append({
+                "scene": scene,
+                "quantity": quantity if order == "error" else "every",
+                "of": order,
+                "pairs": len(list(combinations(names, 2))),
+                "separated_in_both": len(above & again),
+                "separated_in_one": len(above ^ again) - 2 * len(above & back),
+                "reversed": len(above & back),
+                "which": "; ".join(f"{a} > {b}" for a, b in sorted(above & back)),
+            })  # fmt: skip
+    for row in table:
+        separated = row["separated_in_both"] + row["separated_in_one"] + row["reversed"]
+        row["ties"] = row["pairs"] - separated
+    return table
+
+
+def page(table: list[Row]) -> str:
+    """The counts in Markdown."""
+    lines = [
+        "# The same ladders again",
+        "",
+        (
+            f"Written by `validation/frontiers.py`: the quick ladder of"
+            f" {len({row['scene'] for row in table})} scenes with two seeds. A pair of rungs is"
+            " told apart in a run if its difference is beyond its 95 % interval (of error), or if"
+            " the ranges of their costs do not overlap; else it is a tie."
+        ),
+        "",
+        "| pairs of rungs | by error | by cost |",
+        "|---|---|---|",
+    ]
+    words = {
+        "pairs": "all, of all scenes and quantities",
+        "separated_in_both": "told apart by both runs, in the same order",
+        "separated_in_one": "told apart by one run, a tie in the other",
+        "ties": "ties in both",
+        "reversed": "in opposite order (must be 0)",
+    }
+    for key, text in words.items():
+        counts = [sum(r[key] for r in table if r["of"] == order) for order in ("error", "cost")]
+        lines.append(f"| {text} | {counts[0]} | {counts[1]} |")
+    doubtful = sum(r["pairs"] - r["separated_in_both"] for r in table if r["of"] == "error")
+    lines += [
+        "",
+        (
+            f"Were all {doubtful} pairs that not both runs tell apart exactly equal in error,"
+            f" chance alone would turn about {CHANCE * doubtful:.2g} of them round"
+            f" (2 × 0.025² each)."
+        ),
+        "",
+        "| scene | quantity | of | pairs | both | one | ties | reversed | which |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    keys = ("scene", "quantity", "of", "pairs", "separated_in_both", "separated_in_one",
+            "ties", "reversed", "which")  # fmt: skip
+    lines += ["| " + " | ".join(str(row[key]) for key in keys) + " |" for row in table]
+    return "\n".join(lines) + "\n"
+
+
+def write(table: Sequence[Row], target: Path) -> None:
+    """Write rows as CSV."""
+    with whole_file(target) as path, path.open("w", encoding="utf-8", newline="") as lines:
+        writer = csv.DictWriter(lines, list(table[0]), lineterminator="\n")
+        writer.writeheader()
+        for row in table:
+            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
+
+
+def draw(scenes: Mapping[str, list[Row]], out: Path) -> None:
+    """Both pictures."""
+    for name, figure in (
+        ("frontiers", frontiers_plot.scenes(scenes)),
+        ("over_all", frontiers_plot.over_all(frontiers_plot.medians(scenes))),
+    ):
+        with whole_file(out / f"{name}.png") as path:
+            figure.savefig(path, dpi=150)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run, write, and return 1 if the order of a pair turned round."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scenes", nargs="*", type=Path, help="TOML files; default the built-in")
+    parser.add_argument("--out", type=Path, default=OUT)
+    asked = parser.parse_args(words)
+    asked.out.mkdir(parents=True, exist_ok=True)
+    tables, table = {}, []
+    for path in asked.scenes or sorted((HERE / "scenes").glob("*.toml")):
+        one, other = (kept_run(path, run) for run in range(len(SEEDS)))
+        tables[path.stem] = one["rows"]
+        table += repeated(path.stem, one, other)
+        write(one["rows"], asked.out / f"{path.stem}.csv")
+        print(f"{path.stem}: {one['seconds'] + other['seconds']:.0f} s", file=sys.stderr)  # noqa: T201
+        for row in within(one["rows"]):
+            what = f"  {row['quantity']} within {100 * row['level']:g} %: "
+            cost = f"{row['rung']}, {row['seconds']:.3g} s" if row["rung"] else "nothing shown"
+            print(what + cost)  # noqa: T201
+    draw(tables, asked.out)
+    write(table, asked.out / "repeat.csv")
+    with whole_file(asked.out / "repeat.md") as temporary:
+        temporary.write_text(page(table), encoding="utf-8")
+    return int(any(row["reversed"] for row in table))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
