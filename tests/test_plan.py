@@ -14,6 +14,7 @@ from scipy import stats
 from microsurf import measure, plan, precision, summary
 from microsurf.commands import cli
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.trace.ledger import PIECE, ROUND
 
 ROOT = Path(__file__).parents[1]
 MEASURED = {1.75: "03-r18-interfaced", 2.0: "07-ggx", 8.0: "02-r18-lambertian"}
@@ -153,9 +154,8 @@ def test_a_run_begins_with_the_surfaces_and_rays_of_its_plan():
     run = measure(begun, seed=3, surface_paths=made.scene.accuracy.paths)
     assert precision.surplus(run, asked) <= 1
     assert least <= run.sizes["realisation"] <= 3 * planned
-    whole = measure(asked, seed=3)
-    assert precision.surplus(whole, asked) <= 1
-    assert float(run.paths.sum()) < 0.5 * float(whole.paths.sum())
+    # A whole round of a million paths is what a surface takes that nobody planned.
+    assert float(run.paths.max()) < 0.25 * ROUND * PIECE
 
 
 def test_validate_says_its_plans_and_keeps_to_them(tmp_path, monkeypatch):
