@@ -138,7 +138,7 @@ def test_lobes_are_those_summed_up_over_a_profile(judge):
     theta, phi, n = 50.0, 20.0, 1.5
     tile = EmbreeTile(from_heights(np.tile(heights, (4, 1)), np.zeros((4, len(heights)), bool)))
     facets = paths.Facet(n, interface=True, substrate=True, multiple_scattering=True)
-    tally = paths.trace(tile, theta, phi, facets, 400_000, np.random.default_rng(judge.seed(4)))
+    tally = paths.trace(tile, theta, phi, facets, 150_000, np.random.default_rng(judge.seed(4)))
     seen, variance = tally.energy[0, 1] / tally.light, tally.squares[1] / tally.light**2
     for shadowed in (True, False):
         exact = summed_up(heights, theta, phi, n, shadowed=shadowed)
