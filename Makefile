@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint fresh gallery atlas calibration bench clean
+.PHONY: validate test test-long lint fresh gallery atlas calibration frontiers bench clean
 
 validate: $(READY) fresh
 	$(BIN)/microsurf validate
@@ -26,6 +26,12 @@ atlas: $(READY) fresh
 calibration: $(READY) fresh
 	$(BIN)/python validation/calibration.py
 	$(BIN)/python validation/verdict_rates.py
+	$(BIN)/python validation/repeat.py
+	$(BIN)/python validation/known_defects.py
+
+# Goes on where it was stopped.
+frontiers: $(READY) fresh
+	$(BIN)/python validation/frontiers.py
 
 # Wants a quiet machine and LLVM 19, see validation/peers/mitsuba.py.
 bench: $(READY) fresh

@@ -35,7 +35,7 @@ OUT = Path(__file__).parents[1] / "reports" / "calibration"
 KEPT = Path(__file__).parents[1] / "reports" / "latest" / "known_defects"
 GAMMAS = (1.75, 2.0, 8.0)
 N, KD = 1.5, 0.8
-SURFACES, PATHS, WALKS = 12, 131_072, 1_000_000
+SURFACES, PATHS, WALKS, SLOPE_WALKS = 12, 131_072, 1_000_000, 100_000
 STRUCTURES = ("tops", "middle", "extremes")
 LEAST = 2e-4  # of the light: less is no difference worth telling apart
 PARTS = (*FIRST, *HIGHER, TOTAL)
@@ -82,7 +82,8 @@ def defects(gamma: float) -> Iterator[tuple[str, str, list[Case], list[Case]]]:
         seen: xr.Dataset, of: list[Heightfield], asked: Scene = scene, own: Predicted = predicted
     ) -> list[Case]:
         theory = None if own is predicted else predicted
-        return list(budget.cases_of(asked, seen, own, of, theory=theory).values())
+        found = budget.cases_of(asked, seen, own, of, theory=theory, walks=SLOPE_WALKS)
+        return list(found.values())
 
     before = cases(measured, surfaces)
     steep = [replace(h, heights=1.02 * h.heights) for h in surfaces]

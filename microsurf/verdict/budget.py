@@ -11,9 +11,8 @@ tile        a bound of what a larger tile would change: nothing is taken off for
             intervals of what follows do not hold it
 losses      light that was lost
 masking     Smith's masking and shadowing by the structure's own: all that is left of order 1;
-            and what this makes of later orders: light that is let out less at first is met
-            again, and the odds of being let out change at every later event as they did at
-            the first
+            and what this makes of later orders, at the walk's rate: light that is let out
+            less at first is met again
 multiple    multiple scattering by the structure's own, or what the prediction's lacks: all that
             is left of later orders
 noise       of rays and of surfaces: nothing in the mean
@@ -123,9 +122,9 @@ def split(case: Case) -> dict[str, dict[str, Term]]:
     let_out = sum((first[q]["masking"] for q in FIRST), _Sum.nothing())
     parts: dict[str, dict[str, _Sum]] = dict(first)
     later = [q for q in HIGHER if q in case.measured and q in case.slopes]
-    changes = _as_at_first(case, later, let_out.each)
+    changes = _met_again(case, later, let_out.each)
     # What is not known of order 1 is passed on, with its sign.
-    apart = _as_at_first(case, later, let_out.each + let_out.half)
+    apart = _met_again(case, later, let_out.each + let_out.half)
     passed_on = {q: float(np.mean(apart[q] - changes[q])) for q in later}
     for q in later:
         parts[q] = _later(case, q, changes[q], abs(passed_on[q]))
@@ -226,32 +225,17 @@ def _first(case: Case, q: str) -> dict[str, _Sum]:
     return found | {"noise": _noise(case, q)}
 
 
-def _as_at_first(case: Case, later: Sequence[str], let_out: Array) -> dict[str, Array]:
+def _met_again(case: Case, later: Sequence[str], let_out: Array) -> dict[str, Array]:
     """Change of later orders on each surface if ``let_out`` more leaves in order 1.
 
-    At each event a facet scatters the part ``scattered`` of the light, and the odds e/(1 − e)
-    of leaving then change by the factor by which they did at the first event. Orders that are
-    not told apart follow the light that goes on.
+    They follow the light that goes on. That the odds of leaving change at every event as at
+    the first was tried and is worse: what is met again is met elsewhere.
     """
-    scattered = case.scattered
-    leaves = sum(case.realised(q).value for q in FIRST)
-    goes_on, now = scattered - leaves, np.maximum(scattered - leaves - let_out, 0)
-    if goes_on <= 0 or leaves <= 0:
-        return {q: np.zeros_like(let_out) for q in later}
-    odds = np.maximum(leaves + let_out, 0) * goes_on / (leaves * np.maximum(now, 1e-12))
-    ratio = now / goes_on  # of the light that goes on
-    changes = {}
-    for q in later:
-        size, arrives = case.realised(q).value, scattered * goes_on
-        changes[q] = size * (ratio - 1)
-        if q == HIGHER[-1] or not 0 < size < arrives:
-            continue
-        share = size / arrives
-        share_now = odds * share / (1 - share + odds * share)
-        changes[q] = share_now * arrives * ratio - size
-        goes_on = arrives - size
-        ratio = (arrives * ratio - size - changes[q]) / goes_on
-    return changes
+    goes_on = case.scattered - sum(case.realised(q).value for q in FIRST)
+    return {
+        q: -case.realised(q).value / goes_on * let_out if goes_on > 0 else np.zeros_like(let_out)
+        for q in later
+    }
 
 
 def _later(case: Case, q: str, masking: Array, passed_on: float) -> dict[str, _Sum]:

@@ -67,34 +67,17 @@ def test_each_defect_has_its_term():
         assert term == "masking" or largest(found[TOTAL]) == term
 
 
-def test_odds_of_leaving_change_at_every_event():
-    """Of light that only mirrors lose: a chain e₁, e₂, e₃ by hand, with odds 1.2 times as high.
-
-    All of the change is masking, and no light is made. Negative control: the same odds at the
-    first event alone leave later orders to multiple scattering.
-    """
-    shares = np.array([0.8, 0.7, 0.6])  # of what arrives
-    more = 1.2 * shares / (1 - shares + 1.2 * shares)
-
-    def orders(first, later):
-        chain = np.array([first[0], *later[1:]])
-        goes_on = np.cumprod(np.array([1.0, *(1 - chain)]))
-        return dict(zip((FIRST[1], *HIGHER), (*(chain * goes_on[:-1]), goes_on[-1]), strict=True))
-
-    theory, measured, first_alone = orders(shares, shares), orders(more, more), orders(more, shares)
-
-    def found(seen):
-        estimates = {q: Estimate(theory.get(q, 0.0)) for q in THEORY | LOBE}
-        values = {q: np.full(3, seen.get(q, 0.0)) for q in THEORY | LOBE}
-        nothing = dict.fromkeys(estimates, Estimate(0.0))
-        return split(Case(values, {}, estimates, estimates, nothing, scattered=1.0))
-
-    right, wrong = found(measured), found(first_alone)
+def test_light_let_out_at_first_is_not_met_again():
+    """A tenth more of order 1 leaves a tenth less of what goes on: all of it is masking."""
+    goes_on = 0.6 - THEORY[FIRST[0]] - THEORY[FIRST[1]]
+    more = 0.1 * THEORY[FIRST[1]]
+    change = {FIRST[1]: 0.1} | dict.fromkeys(HIGHER, -more / goes_on)
+    found = split(case(change=change))
     for q in HIGHER:
-        assert right[q]["masking"].value == pytest.approx(measured[q] - theory[q], abs=1e-12)
-        assert right[q]["multiple"].value == pytest.approx(0, abs=1e-12)
-        assert abs(wrong[q]["multiple"].value) > 1e-3
-    assert right[TOTAL]["masking"].value == pytest.approx(0, abs=1e-12)
+        assert found[q]["masking"].value == pytest.approx(-THEORY[q] * more / goes_on)
+        assert found[q]["multiple"].value == pytest.approx(0, abs=1e-15)
+    later = sum(THEORY[q] for q in HIGHER)
+    assert found[TOTAL]["masking"].value == pytest.approx(more * (1 - later / goes_on))
 
 
 def test_what_is_not_known_of_order_1_is_passed_on_with_its_sign():
