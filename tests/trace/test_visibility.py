@@ -169,7 +169,7 @@ def test_as_points_of_facets_see_it(judge):
     """Area sampling in float64 against the beam; both defects are caught by it."""
     heights = 1.2 * np.random.default_rng(3).standard_normal((4, 4))
     tile, facets = made(heights)
-    expected, error = brute(tile, facets, 65.0, 20.0, 2_000, np.random.default_rng(judge.seed(4)))
+    expected, error = brute(tile, facets, 65.0, 20.0, 4_000, np.random.default_rng(judge.seed(4)))
 
     def compared(found):
         values = np.stack([found.met.mean(axis=0), found.open.mean(axis=0)])
