@@ -229,7 +229,7 @@ def _met_again(case: Case, later: Sequence[str], let_out: Array) -> dict[str, Ar
     """Change of later orders on each surface if ``let_out`` more leaves in order 1.
 
     They follow the light that goes on. That the odds of leaving change at every event as at
-    the first was tried and is worse: what is met again is met elsewhere.
+    the first was tried and fits no better over three structures, γ and angles.
     """
     goes_on = case.scattered - sum(case.realised(q).value for q in FIRST)
     return {
