@@ -54,56 +54,8 @@ def slopes_of(surfaces: Sequence[Heightfield], scene: Scene) -> Slopes:
     return Slopes(np.sort(np.concatenate(rho)), rough.sigma_x, rough.sigma_y)
 
 
-def budget_of(
-    scene: Scene,
-    measured: xr.Dataset,
-    predicted: tuple[xr.Dataset, xr.Dataset | None],
-    surfaces: Sequence[Heightfield],
-    *,
-    theory: tuple[xr.Dataset, xr.Dataset | None] | None = None,
-    refinement: Refinement | None = None,
-    exchange: Mapping[float, Mapping[str, float]] | None = None,
-    walks: int = WALKS,
-    seed: int = 0,
-) -> list[Budget]:
-    """Split measured − predicted for every angle and Kd.
-
-    Parameters
-    ----------
-    scene : Scene
-        With the roughness that the prediction has; σ > 0.
-    measured : Dataset
-        On ``surfaces``.
-    predicted : (Dataset, Dataset or None)
-        Order 1 of a model, and all orders of a walk (None if the scene has one order).
-    surfaces : sequence of Heightfield
-        One for each realisation.
-    theory : (Dataset, Dataset or None), optional
-        Smith's, if ``predicted`` is another's.
-    refinement : Refinement, optional
-        What mesh and tile leave; without it these terms are absent.
-    exchange : mapping by θ_i, optional
-        See `exchange_of`.
-    walks, seed : int
-        Of the walk with the surfaces' slopes.
-
-    Returns
-    -------
-    list of Budget
-        θ outermost, then φ, then Kd.
-
-    """
-    cases = cases_of(
-        scene,
-        measured,
-        predicted,
-        surfaces,
-        theory=theory,
-        refinement=refinement,
-        exchange=exchange,
-        walks=walks,
-        seed=seed,
-    )
+def budget_of(cases: Mapping[tuple[float, float, float], Case]) -> list[Budget]:
+    """Split measured − predicted of what `cases_of` gathered: one for each angle and Kd."""
     return [Budget(*place, _sizes(case), split(case)) for place, case in cases.items()]
 
 
@@ -126,7 +78,33 @@ def cases_of(
     walks: int = WALKS,
     seed: int = 0,
 ) -> dict[tuple[float, float, float], Case]:
-    """Return what is to be split, by θ_i, φ_i and Kd; parameters as of `budget_of`."""
+    """Gather what is to be split for every angle and Kd.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the roughness that the prediction has; σ > 0.
+    measured : Dataset
+        On ``surfaces``.
+    predicted : (Dataset, Dataset or None)
+        Order 1 of a model, and all orders of a walk (None if the scene has one order).
+    surfaces : sequence of Heightfield
+        One for each realisation.
+    theory : (Dataset, Dataset or None), optional
+        Smith's, if ``predicted`` is another's.
+    refinement : Refinement, optional
+        What mesh and tile leave; without it these terms are absent.
+    exchange : mapping by θ_i, optional
+        See `exchange_of`.
+    walks, seed : int
+        Of the walk with the surfaces' slopes.
+
+    Returns
+    -------
+    dict of Case
+        By θ, φ and Kd.
+
+    """
     slopes = slopes_of(surfaces, scene)
     n = scene.material.n
     later = None
@@ -159,7 +137,9 @@ def cases_of(
                     mesh=None if refinement is None else refinement.parts("mesh", kd, (t, p)),
                     tile=None if refinement is None else refinement.parts("tile", kd, (t, p)),
                     lost=float(lost[t, p]),
-                    expected=None if theory is None else _expected(seen, theory, n, kd, (t, p)),
+                    expected=None
+                    if theory is None
+                    else _expected(seen, ideal, theory[1], n, kd, (t, p)),
                     exchange=None if exchange is None else exchange.get(theta),
                 )
     return cases
@@ -205,7 +185,8 @@ def _walked(walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]) -> di
 
 def _expected(
     seen: Mapping[str, Estimate],
-    theory: tuple[xr.Dataset, xr.Dataset | None],
+    ideal: Mapping[str, Estimate],
+    walk: xr.Dataset | None,
     n: float,
     kd: float,
     place: tuple[int, int],
@@ -214,10 +195,8 @@ def _expected(
 
     Orders of b body events have the ratio of the body b times, that of mirroring else.
     """
-    first, walk = theory
     if walk is None:
         return {}
-    ideal = _parts((first, None), n, kd, place)
     ratios = [seen[q].value / ideal[q].value if ideal[q].value > 0 else 1.0 for q in FIRST]
     mirrored, body = ratios
     flux = walk.flux

@@ -142,7 +142,7 @@ def validate_scene(
     if surfaces:
         if refined:
             by_slope = masking_by_slope(theory, surfaces, seed=seed, workers=workers)
-        terms = budgets.budget_of(
+        cases = budgets.cases_of(
             theory,
             measured,
             (first, predicted.get(WALK)),
@@ -154,6 +154,7 @@ def validate_scene(
             walks=min(budgets.WALKS, scene.accuracy.paths * len(surfaces)),
             seed=seed,
         )
+        terms = budgets.budget_of(cases)
     frontier = None
     if refined:
         made = {key: (predicted[key], spent) for key, spent in seconds.items()}

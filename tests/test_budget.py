@@ -31,7 +31,9 @@ def made():
 
 
 def of(scene, measured, predicted, surfaces, **more):
-    return budget.budget_of(scene, measured, predicted, surfaces, walks=20_000, **more)[0].terms
+    return budget.budget_of(
+        budget.cases_of(scene, measured, predicted, surfaces, walks=20_000, **more)
+    )[0].terms
 
 
 def share(before, after, quantity, term):
@@ -44,7 +46,7 @@ def share(before, after, quantity, term):
 
 def test_terms_add_up_to_measured_less_predicted(made):
     surfaces, measured, predicted = made
-    found = budget.budget_of(SMALL, measured, predicted, surfaces, walks=20_000)
+    found = budget.budget_of(budget.cases_of(SMALL, measured, predicted, surfaces, walks=20_000))
     (only,) = found
     total = float(summary.quantity(measured, "total", 1.5, 0.8).mean())
     assert sum(t.value for t in only.terms[TOTAL].values()) == pytest.approx(
@@ -143,7 +145,9 @@ def test_another_structure_is_masking(structure):
         asked = replace(scene, surface=replace(scene.surface, structure=name))
         surfaces: list[Heightfield] = list(surfaces_of(asked, 1))
         measured = measure(asked, surfaces, seed=2)
-        found.append(budget.budget_of(asked, measured, predicted, surfaces)[0].terms)
+        found.append(
+            budget.budget_of(budget.cases_of(asked, measured, predicted, surfaces))[0].terms
+        )
     part, moved = share(*found, FIRST[0], "masking")
     if structure == "tops":
         assert moved < -0.005

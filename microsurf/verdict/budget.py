@@ -21,7 +21,7 @@ Had masking been substituted before the slopes, the share of each would be anoth
 is part of the uncertainty of both. Intervals are of 95 %.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -122,19 +122,17 @@ def split(case: Case) -> dict[str, dict[str, Term]]:
     let_out = sum((first[q]["masking"] for q in FIRST), _Sum.nothing())
     parts: dict[str, dict[str, _Sum]] = dict(first)
     later = [q for q in HIGHER if q in case.measured and q in case.slopes]
-    changes = _met_again(case, later, let_out.each)
-    # What is not known of order 1 is passed on, with its sign.
-    apart = _met_again(case, later, let_out.each + let_out.half)
-    passed_on = {q: float(np.mean(apart[q] - changes[q])) for q in later}
+    rates = {q: _met_again(case, q) for q in later}
     for q in later:
-        parts[q] = _later(case, q, changes[q], abs(passed_on[q]))
+        parts[q] = _later(case, q, rates[q], let_out)
     adding = [parts[q] for q in (*FIRST, *HIGHER) if q in parts]
     parts[TOTAL] = {
         term: sum((part[term] for part in adding if term in part), _Sum.nothing())
         for term in TERMS
         if any(term in part for part in adding)
     }
-    known = abs(let_out.half + sum(passed_on.values()))
+    # What is not known of order 1 is passed on, with its sign.
+    known = abs(1 - sum(rates.values())) * let_out.half
     parts[TOTAL]["masking"] = replace(parts[TOTAL]["masking"], half=known)
     noise = {q: case.ray_errors.get(q, 0.0) for q in parts}
     return {
@@ -225,29 +223,27 @@ def _first(case: Case, q: str) -> dict[str, _Sum]:
     return found | {"noise": _noise(case, q)}
 
 
-def _met_again(case: Case, later: Sequence[str], let_out: Array) -> dict[str, Array]:
-    """Change of later orders on each surface if ``let_out`` more leaves in order 1.
+def _met_again(case: Case, q: str) -> float:
+    """Return how much a later order grows with the light that goes on after order 1.
 
-    They follow the light that goes on. That the odds of leaving change at every event as at
-    the first was tried and fits no better over three structures, γ and angles.
+    That the odds of leaving change at every event as at the first was tried and fits no
+    better over three structures, γ and angles.
     """
     goes_on = case.scattered - sum(case.realised(q).value for q in FIRST)
-    return {
-        q: -case.realised(q).value / goes_on * let_out if goes_on > 0 else np.zeros_like(let_out)
-        for q in later
-    }
+    return case.realised(q).value / goes_on if goes_on > 0 else 0.0
 
 
-def _later(case: Case, q: str, masking: Array, passed_on: float) -> dict[str, _Sum]:
+def _later(case: Case, q: str, rate: float, let_out: "_Sum") -> dict[str, _Sum]:
     found = _before(case, q)
     rest = _rest(case, q, found)
     own = NOTHING
     if case.expected is not None:
         own = case.expected[q] - case.predicted.get(q, NOTHING)
-    half = float(np.linalg.norm([rest.half, own.half, passed_on]))
+    masking = _Sum(0.0, rate * let_out.half, -rate * let_out.each)
+    half = float(np.linalg.norm([rest.half, own.half, masking.half]))
     return found | {
-        "masking": _Sum(0.0, passed_on, masking),
-        "multiple": _Sum(rest.fixed + own.value, half, rest.each - masking),
+        "masking": masking,
+        "multiple": _Sum(rest.fixed + own.value, half, rest.each - masking.each),
         "noise": _noise(case, q),
     }
 
