@@ -92,7 +92,10 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> Figure:
     return drawn
 
 
-_HOW = "hollow: dominated; line: frontier; bars: 95 %; arrow: not told from 0"
+_HOW = (
+    "hollow: dominated; line: frontier; bars: 95 %; arrow: not told from 0; "
+    "0.01 % stands for less, 200 % for more"
+)
 
 
 def legend(drawn: Figure, columns: int = 3, title: str = _HOW) -> None:

@@ -90,5 +90,6 @@ def over_all(rows: Rows) -> Figure:
         panel.tick_params(which="both", labelsize=8)
         panel.set_xlabel("time over the cheapest's", fontsize=SMALL)
     grid[0].set_ylabel("error (%)", fontsize=9)
-    legend(drawn, columns=3, title="symbols: median over scenes; bars: least to most")
+    how = "symbols: median over scenes; bars: least to most; 0.01 % stands for less, 200 % for more"
+    legend(drawn, columns=3, title=how)
     return drawn
