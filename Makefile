@@ -9,11 +9,14 @@ READY := $(VENV)/.ready
 validate: $(READY) fresh
 	$(BIN)/microsurf validate
 
+# A process for each core; a file's tests stay together, for what they share.
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+
 test: $(READY) lint fresh
-	$(BIN)/pytest
+	$(PYTEST)
 
 test-long: $(READY) fresh
-	$(BIN)/pytest -m "long or not long"
+	$(PYTEST) -m "long or not long"
 
 gallery: $(READY)
 	$(BIN)/python validation/gallery.py

@@ -27,10 +27,25 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    config.stash[KEY] = Ledger(fresh(config.getoption("--fresh-seed")))
+    # With pytest-xdist each worker has a ledger, with the seeds of the run it belongs to.
+    own = getattr(config, "workerinput", None)
+    seeds = fresh(config.getoption("--fresh-seed")) if own is None else own["seeds"]
+    config.stash[KEY] = Ledger(seeds)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node):
+    node.workerinput["seeds"] = node.config.stash[KEY].offset
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node, error):
+    node.config.stash[KEY].add(getattr(node, "workeroutput", {}).get("spent", {}))
 
 
 def pytest_sessionfinish(session, exitstatus):
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["spent"] = session.config.stash[KEY].spent
     _, kept = verdict(session.config.stash[KEY])
     if not kept and exitstatus == pytest.ExitCode.OK:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -41,6 +41,11 @@ class Ledger:
         """Probability that any of them fails by chance, at most."""
         return sum(self.spent.values())
 
+    def add(self, spent):
+        """Enter levels by test."""
+        for name, level in spent.items():
+            self.spent[name] = self.spent.get(name, 0.0) + level
+
 
 class Judge:
     """What a test asks; ``name`` is that of the test."""
@@ -54,7 +59,7 @@ class Judge:
 
     def keeps(self, p_values, level=LEVEL):
         """Assert that a family of p-values is what chance gives in 1 − level of cases."""
-        self._ledger.spent[self._name] = self._ledger.spent.get(self._name, 0.0) + level
+        self._ledger.add({self._name: level})
         found = significance.sidak(p_values)
         assert found > level, f"p = {found:.2g} of a family of {np.size(p_values)}"
 
