@@ -39,7 +39,7 @@ def pytest_configure_node(node):
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node, error):
+def pytest_testnodedown(node):
     node.config.stash[KEY].add(getattr(node, "workeroutput", {}).get("spent", {}))
 
 

@@ -1,14 +1,15 @@
 """Whether a second run says the same: verdicts with other seeds, and with a third of the rays.
 
-    python validation/repeat.py                       # the built-in scenes, three times
+    python validation/repeat.py                       # the built-in scenes, three times each
     python validation/repeat.py a.toml b.toml --out DIR
 
 Writes repeat.md and repeat.csv, a row for each comparison, to reports/calibration. Two
 verdicts may disagree, by their stated rates, only where an interval ends near the margin;
-none may flip between holds and departs (exit code 1 if one does). With the scenes' own rays
-it is the spread of surfaces that decides intervals, and a third of the rays leaves them; so
-the same is done once more with FEW rays, where rays decide. Finished scenes are kept in
-reports/latest/repeat: the same command goes on after a stop; delete it to begin again.
+with the scenes' own rays none may flip between holds and departs (exit code 1 if one does).
+There it is the spread of surfaces that decides intervals, and a third of the rays leaves
+them; so the same is done with FEW rays, where rays decide, and a verdict is wrong as often as
+it says. Finished scenes are kept in reports/latest/repeat: the same command goes on after a
+stop; delete it to begin again.
 """
 
 import argparse
@@ -32,7 +33,7 @@ HERE = Path(__file__).parent
 OUT = HERE.parent / "reports" / "calibration"
 KEPT = LATEST / "repeat"
 SEEDS = 1000, 2000  # apart from the report's own
-FEW = 300  # paths of each surface and angle
+FEW = 3000, 300  # paths of each surface and angle
 Row = dict[str, object]
 
 
@@ -70,17 +71,14 @@ def _shift(one: Comparison, other: Comparison) -> float:
     return float((one.effect - other.effect) / error) if error > 0 else 0.0
 
 
-def run(path: Path) -> list[Row]:
-    """The rows of a scene, with its own rays and with few."""
+def run(path: Path, paths: int) -> list[Row]:
+    """The rows of a scene, three runs with so many paths, the last with a third."""
     scene = read(path)
-    table: list[Row] = []
-    for paths in (scene.accuracy.paths, FEW):
-        runs = [
-            validate_scene(path.stem, with_paths(scene, asked), seed=seed).comparisons
-            for asked, seed in ((paths, SEEDS[0]), (paths, SEEDS[1]), (paths // 3, SEEDS[1]))
-        ]
-        table += rows_of(path.stem, paths, runs)
-    return table
+    runs = [
+        validate_scene(path.stem, with_paths(scene, asked), seed=seed).comparisons
+        for asked, seed in ((paths, SEEDS[0]), (paths, SEEDS[1]), (paths // 3, SEEDS[1]))
+    ]
+    return rows_of(path.stem, paths, runs)
 
 
 def figures(table: list[Row]) -> list[str]:
@@ -102,15 +100,13 @@ def figures(table: list[Row]) -> list[str]:
 
 def page(table: list[Row]) -> str:
     """The figures over all comparisons in Markdown."""
-    own, few = (
-        figures([row for row in table if (row["paths"] == FEW) == sparse])
-        for sparse in (False, True)
-    )
+    columns = [figures([row for row in table if row["paths"] not in FEW])]
+    columns += [figures([row for row in table if row["paths"] == paths]) for paths in FEW]
     words = (
         "comparisons",
         "verdicts that differ with the seed",
         "verdicts that differ with the seed and a third of the rays",
-        "between holds and departs (must be 0)",
+        "between holds and departs",
         "width of an interval with a third of the rays: quartiles of the ratio",
         "mean of the ratio (√3 = 1.73 where rays alone decide)",
     )
@@ -120,15 +116,21 @@ def page(table: list[Row]) -> str:
         (
             "Written by `validation/repeat.py`: two seeds, and the second seed with a third of the"
             " rays, on the same surfaces. With the scenes' own rays the spread of surfaces decides"
-            f" the intervals; with {FEW} paths a surface and angle, rays do."
+            " the intervals; with few paths a surface and angle, rays do. A verdict of holds or"
+            " departs is wrong in up to 4 % of cases; undecided says nothing. Shown below: all that"
+            " differ with the scenes' own rays, and flips."
         ),
         "",
-        f"| | the scenes' own rays | {FEW} paths |",
-        "|---|---|---|",
-        *(f"| {word} | {a} | {b} |" for word, a, b in zip(words, own, few, strict=True)),
+        f"| | the scenes' own rays | {' | '.join(f'{paths} paths' for paths in FEW)} |",
+        "|---|---" + "|---" * len(FEW) + "|",
+        *(
+            f"| {word} | {' | '.join(cells)} |"
+            for word, *cells in zip(words, *columns, strict=True)
+        ),
         "",
     ]
-    differ = [row for row in table if row["disagree"] or row["disagree_third"]]
+    differ = [row for row in table if row["flips"] or row["paths"] not in FEW]
+    differ = [row for row in differ if row["disagree"] or row["disagree_third"]]
     if differ:
         lines += [
             "| differs | paths | first | second | a third of the rays | margin |",
@@ -145,14 +147,16 @@ def page(table: list[Row]) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run, write, and return 1 if a verdict flipped."""
+    """Run, write, and return 1 if a verdict flipped with the scene's own rays."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", type=Path, help="TOML files; default the built-in")
     parser.add_argument("--out", type=Path, default=OUT)
     asked = parser.parse_args(words)
     table: list[Row] = []
     for path in asked.scenes or sorted((HERE / "scenes").glob("*.toml")):
-        table += once(KEPT / f"{path.stem}.json", partial(run, path))
+        own = read(path).accuracy.paths
+        for kept, paths in (("own", own), *((f"{few}", few) for few in FEW)):
+            table += once(KEPT / f"{path.stem}-{kept}.json", partial(run, path, paths))
         print(f"{path.stem}: {len(table)} comparisons so far", file=sys.stderr)  # noqa: T201
     asked.out.mkdir(parents=True, exist_ok=True)
     with (
@@ -164,7 +168,7 @@ def main(words: Sequence[str] | None = None) -> int:
         writer.writerows(table)
     with whole_file(asked.out / "repeat.md") as path:
         path.write_text(page(table), encoding="utf-8")
-    return int(any(row["flips"] for row in table))
+    return int(any(row["flips"] for row in table if row["paths"] not in FEW))
 
 
 if __name__ == "__main__":
