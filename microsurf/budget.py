@@ -236,16 +236,15 @@ def _ray_errors(
     for q, v in components(measured, n, kd).items():
         if q in HIGHER:
             found[q] = float(np.sqrt(v[0][place] / light))
-    for kind, name in zip(FIRST, ("specular", "body"), strict=True):
-        variance = precision.lobe_ray_variance(measured, name, n, kd)
-        values = variance.transpose("realisation", "theta_i", "phi_i", ...).values[0][place]
-        pair = np.stack([values, values * 0])
-        by_region = of_order_one(pair, 1.0)
-        for q in LOBES:
-            if q.startswith(kind):
-                region = q.removeprefix(kind)
-                found[q] = float(np.sqrt(by_region[f"order-1 specular{region}"]))
-    return found
+    # Variances of bins add up over a region as the light does; they have the body's weight.
+    variances = [
+        precision.lobe_ray_variance(measured, kind, n, kd)
+        .transpose("realisation", "theta_i", "phi_i", ...)
+        .values[0][place]
+        for kind in result.KINDS
+    ]
+    of_regions = of_order_one(np.stack(variances), 1.0)
+    return found | {q: float(np.sqrt(of_regions[q])) for q in LOBES}
 
 
 def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
