@@ -22,7 +22,15 @@ from .refinement import Refinement
 from .scene import Scene
 from .surface import Heightfield, facet_slopes
 from .verdict.budget import TERMS, Case, Estimate, Term, split
-from .verdict.components import FIRST, HIGHER, LOBES, components, of_order_one
+from .verdict.components import (
+    FIRST,
+    HIGHER,
+    LOBES,
+    REGIONS,
+    components,
+    of_order_one,
+    region_masks,
+)
 
 Array = NDArray[np.float64]
 
@@ -236,15 +244,11 @@ def _ray_errors(
     for q, v in components(measured, n, kd).items():
         if q in HIGHER:
             found[q] = float(np.sqrt(v[0][place] / light))
-    # Variances of bins add up over a region as the light does; they have the body's weight.
-    variances = [
-        precision.lobe_ray_variance(measured, kind, n, kd)
-        .transpose("realisation", "theta_i", "phi_i", ...)
-        .values[0][place]
-        for kind in result.KINDS
-    ]
-    of_regions = of_order_one(np.stack(variances), 1.0)
-    return found | {q: float(np.sqrt(of_regions[q])) for q in LOBES}
+    for part, kind in zip(FIRST, result.KINDS, strict=True):
+        for region, mask in zip(REGIONS, region_masks(), strict=True):
+            errors = precision.region_ray_error(measured, kind, mask, n, kd)
+            found[f"{part} {region}"] = float(errors.values[0][place])
+    return found
 
 
 def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
