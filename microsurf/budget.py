@@ -22,7 +22,15 @@ from .refinement import Refinement
 from .scene import Scene
 from .surface import Heightfield, facet_slopes
 from .verdict.budget import TERMS, Case, Estimate, Term, split
-from .verdict.components import FIRST, HIGHER, LOBES, components, of_order_one
+from .verdict.components import (
+    FIRST,
+    HIGHER,
+    LOBES,
+    REGIONS,
+    components,
+    of_order_one,
+    region_masks,
+)
 
 Array = NDArray[np.float64]
 
@@ -236,15 +244,10 @@ def _ray_errors(
     for q, v in components(measured, n, kd).items():
         if q in HIGHER:
             found[q] = float(np.sqrt(v[0][place] / light))
-    for kind, name in zip(FIRST, ("specular", "body"), strict=True):
-        variance = precision.lobe_ray_variance(measured, name, n, kd)
-        values = variance.transpose("realisation", "theta_i", "phi_i", ...).values[0][place]
-        pair = np.stack([values, values * 0])
-        by_region = of_order_one(pair, 1.0)
-        for q in LOBES:
-            if q.startswith(kind):
-                region = q.removeprefix(kind)
-                found[q] = float(np.sqrt(by_region[f"order-1 specular{region}"]))
+    for part, kind in zip(FIRST, result.KINDS, strict=True):
+        for region, mask in zip(REGIONS, region_masks(), strict=True):
+            errors = precision.region_ray_error(measured, kind, mask, n, kd)
+            found[f"{part} {region}"] = float(errors.values[0][place])
     return found
 
 

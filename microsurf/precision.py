@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy import stats
 
 from . import result, summary
@@ -26,6 +27,28 @@ def lobe_ray_variance(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr
     """Variance of an order-1 lobe's bins in each realisation from its rays alone."""
     weight = 1.0 if kind == "specular" else float(result.body_weights(2, n, kd)[1])
     return xr.DataArray(dataset.bin_variance.sel(kind=kind, drop=True) * weight**2)
+
+
+def region_ray_error(
+    dataset: xr.Dataset, kind: str, region: NDArray[np.bool_], n: float, kd: float
+) -> xr.DataArray:
+    """Standard error of an order-1 lobe's light in a region, in each realisation; a bound.
+
+    From the rays alone. ``region`` says which bins it has, shape (theta_o, phi_o). A mirrored
+    ray ends in one bin: variances add up. A fan of body light fills one sector: along it
+    errors add up, as if its rings always went together.
+    """
+    bins = lobe_ray_variance(dataset, kind, n, kd)
+    mirrored = bins.roll(phi_o=-1).isel(phi_o=slice(None, None, -1))
+    # Folded lobes hold half of every ray at φ and half at −φ: the sum of both is the ray.
+    twice = 1 + bool(np.allclose(bins.values, mirrored.values, rtol=1e-9, atol=0))
+    inside = bins.where(xr.DataArray(region, dims=("theta_o", "phi_o")), 0.0)
+    if kind == "specular":
+        sectors = inside.sum("theta_o")
+    else:
+        sectors = xr.DataArray(np.sqrt(inside)).sum("theta_o") ** 2
+    total = sectors.sum("phi_o").transpose("realisation", "theta_i", "phi_i")
+    return xr.DataArray(np.sqrt(twice * total))
 
 
 def lobe(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:

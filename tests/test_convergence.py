@@ -225,7 +225,7 @@ def test_a_failed_write_leaves_nothing(run, monkeypatch):
     def full(*_args, **_kwargs):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("microsurf.commands.convergence.csv.DictWriter", full)
+    monkeypatch.setattr("microsurf.commands.save.as_csv", full)
     code, out, err = run("my.toml", "--out", "o")
     assert (code, out, err.count("\n")) == (3, "", 1)
     assert list(Path("o").iterdir()) == []

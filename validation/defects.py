@@ -182,8 +182,10 @@ class Offset:
         grid = ordinary(8.0, 0.7, 64)
         self._embree, self._exact = EmbreeTile(grid), GridWalk(grid)
         options = {"nogil": True, "error_model": "numpy", "_nrt": False}
-        meet = njit(inline="always", **options)(_with(meeting.meet, OFFSET=factor * meeting.OFFSET))
-        self._take = njit(**options)(_with(events.take_events, meet=meet))
+        inlined = njit(inline="always", **options)
+        meet = inlined(_with(meeting.meet, OFFSET=factor * meeting.OFFSET))
+        arrival = inlined(_with(meeting.arrival, meet=meet))
+        self._take = njit(**options)(_with(events.take_events, arrival=arrival))
         self._waves = 0
 
     def _counted(self, *arguments: Any) -> Any:

@@ -1,8 +1,5 @@
 """microsurf convergence: what mesh, tile, realisations and rays leave as error."""
 
-import csv
-import json
-from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,12 +9,12 @@ import click
 from .. import memory, scene_file
 from ..convergence import Convergence, Row, converge
 from ..convergence_steps import EFFORTS
-from ..files import whole_file
 from ..report import make_folder
 from ..report.convergence_plot import draw
 from ..scene import Scene
 from .options import PATH, as_json, beyond, check_from_file, check_tail, seed, workers
 from .output import show, write
+from .save import Content, save
 
 STUDIES = ("mesh", "tile", "realisations", "rays")
 _COLUMNS = (
@@ -81,22 +78,19 @@ def _check(asked: Scene, most: int) -> None:
 
 
 def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:
-    """Write all four files; none takes its name before all are written."""
     figure = draw(found, values["scene"])
-    with ExitStack() as files:
-        names = [f"convergence.{ending}" for ending in ("png", "pdf", "csv", "json")]
-        png, pdf, table, text = (files.enter_context(whole_file(out / name)) for name in names)
-        figure.savefig(png, dpi=85)
-        figure.savefig(pdf)
-        with table.open("w", encoding="utf-8", newline="") as lines:
-            writer = csv.DictWriter(lines, _COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            for study in STUDIES:
-                writer.writerows(
-                    {"study": study} | {k: _short(v) for k, v in row.items()}
-                    for row in getattr(found, study)
-                )
-        text.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
+    table = [
+        dict.fromkeys(_COLUMNS) | {"study": study} | {k: _short(v) for k, v in row.items()}
+        for study in STUDIES
+        for row in getattr(found, study)
+    ]
+    contents: dict[str, Content] = {
+        "convergence.png": figure,
+        "convergence.pdf": figure,
+        "convergence.csv": table,
+        "convergence.json": values,
+    }
+    save(out, contents, dpi=85)
 
 
 def _short(value: Any) -> Any:

@@ -9,7 +9,7 @@ import click
 import numpy as np
 import xarray as xr
 
-from .. import memory, plan, precision, result, summary
+from .. import memory, precision, result, summary
 from ..cluster import Crew, connected
 from ..errors import InputError, MicrosurfError
 from ..files import check_writable
@@ -34,6 +34,7 @@ from .options import (
     workers,
 )
 from .output import check_ending, show
+from .planned import planned
 
 
 @click.command("measure")
@@ -87,8 +88,7 @@ def measure_command(
         raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
     surface_paths = None
     if dry_run or asked.accuracy.standard_error is not None:
-        made = plan.plan(asked, seed=seed, workers=workers, progress=True)
-        click.echo("\n".join(made.lines()), err=True)
+        made = planned(asked, seed, workers)
         if dry_run:
             show(made.as_json(), as_json)
             return

@@ -1,18 +1,15 @@
 """microsurf stability: how many digits of the laws are right, and where meshes and traces end."""
 
-import csv
-import json
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..files import whole_file
 from ..report import make_folder, stability_plot, stability_text
 from ..stability import Stability, survey
 from .options import PATH, as_json
 from .output import show, write
+from .save import Content, save
 
 
 @click.command("stability")
@@ -44,20 +41,11 @@ def stability_command(quick: bool, out: Path, as_json: bool) -> None:
 
 
 def _save(found: Stability, values: dict[str, Any], out: Path) -> None:
-    """Write all files; none takes its name before all are written."""
-    with ExitStack() as files:
-
-        def place(name: str) -> Path:
-            return files.enter_context(whole_file(out / name))
-
-        text, table, data = (place(f"stability.{ending}") for ending in ("md", "csv", "json"))
-        text.write_text(stability_text.markdown(found), encoding="utf-8")
-        data.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
-        rows = stability_plot.rows(found)
-        with table.open("w", encoding="utf-8", newline="") as lines:
-            writer = csv.DictWriter(lines, list(rows[0]), lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
-        for group in dict.fromkeys(point.group for point in found.points):
-            figure = stability_plot.figure(found, group)
-            figure.savefig(place(f"stability-{group}.png"), dpi=85)
+    contents: dict[str, Content] = {
+        "stability.md": stability_text.markdown(found),
+        "stability.csv": stability_plot.rows(found),
+        "stability.json": values,
+    }
+    for group in dict.fromkeys(point.group for point in found.points):
+        contents[f"stability-{group}.png"] = stability_plot.figure(found, group)
+    save(out, contents, dpi=85)

@@ -1,21 +1,18 @@
 """microsurf tradeoff: every rung's error against its cost, on a scene."""
 
-import csv
-import json
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import click
 
 from .. import scene_file
-from ..files import whole_file
 from ..ladder_effort import EFFORTS
 from ..report import make_folder
 from ..report.frontier_plot import figure, rows, within
 from ..tradeoff import QUANTITIES, Tradeoff, check, tradeoff
 from .options import PATH, as_json, beyond, check_tail, effort, seed
 from .output import show, write
+from .save import Content, save
 
 
 @click.command("tradeoff")
@@ -78,21 +75,18 @@ def _values(found: Tradeoff) -> dict[str, Any]:
 
 
 def _save(values: dict[str, Any], out: Path) -> None:
-    """Write all four files; none takes its name before all are written."""
     picture = figure(values["rungs"], values["scene"])
-    with ExitStack() as files:
-        names = [f"tradeoff.{ending}" for ending in ("png", "pdf", "csv", "json")]
-        png, pdf, table, text = (files.enter_context(whole_file(out / name)) for name in names)
-        picture.savefig(png, dpi=150)
-        picture.savefig(pdf)
-        with table.open("w", encoding="utf-8", newline="") as lines:
-            writer = csv.DictWriter(lines, list(values["rungs"][0]), lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(
-                {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
-                for row in values["rungs"]
-            )
-        text.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
+    table = [
+        {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
+        for row in values["rungs"]
+    ]
+    contents: dict[str, Content] = {
+        "tradeoff.png": picture,
+        "tradeoff.pdf": picture,
+        "tradeoff.csv": table,
+        "tradeoff.json": values,
+    }
+    save(out, contents, dpi=150)
 
 
 def _lines(found: Tradeoff) -> list[str]:

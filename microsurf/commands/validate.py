@@ -7,9 +7,10 @@ from typing import Any
 
 import click
 
-from .. import baseline, expectation, memory, model, plan, precision, report, trial
+from .. import baseline, expectation, memory, model, precision, report, trial
 from ..errors import InputError
 from ..invariants import global_invariants
+from ..plan import Plan
 from ..report import sections, stability_section
 from ..scene import Scene
 from ..stability import survey
@@ -27,6 +28,7 @@ from .options import (
     workers,
 )
 from .output import show, write
+from .planned import planned
 
 
 def built_in_scenes() -> list[Path]:
@@ -97,7 +99,8 @@ def validate_command(
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
     adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
-    plans = _plans(scenes if dry_run else adaptive, seed, workers)
+    to_plan = scenes if dry_run else adaptive
+    plans = {name: planned(asked, seed, workers, name) for name, asked in to_plan.items()}
     if dry_run:
         show(_planned(plans) if as_json else _costs(plans), as_json)
         return
@@ -148,17 +151,7 @@ def validate_command(
         sys.exit(1)
 
 
-def _plans(scenes: dict[str, Scene], seed: int, workers: int | None) -> dict[str, plan.Plan]:
-    """Plan each scene and say on stderr what will run."""
-    plans = {}
-    for name, asked in scenes.items():
-        plans[name] = plan.plan(asked, seed=seed, workers=workers, progress=True)
-        lines = [name, *(f"  {line}" for line in plans[name].lines())]
-        click.echo("\n".join(lines), err=True)
-    return plans
-
-
-def _costs(plans: dict[str, plan.Plan]) -> dict[str, Any]:
+def _costs(plans: dict[str, Plan]) -> dict[str, Any]:
     """What measuring takes; walks, budgets and the report come on top of the time."""
     return {
         "seconds": sum(made.seconds for made in plans.values()),
@@ -166,7 +159,7 @@ def _costs(plans: dict[str, plan.Plan]) -> dict[str, Any]:
     }
 
 
-def _planned(plans: dict[str, plan.Plan]) -> dict[str, Any]:
+def _planned(plans: dict[str, Plan]) -> dict[str, Any]:
     """What `--dry-run --json` prints."""
     return {"scenes": {name: made.as_json() for name, made in plans.items()}, **_costs(plans)}
 

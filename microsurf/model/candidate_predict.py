@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .. import __version__, result
+from .. import result
 from ..errors import InputError
 from ..physics import facet
 from ..scene import Scene
-from ..scene_file import to_toml
 from .candidate import ALL, BODY, SPECULAR, Candidate
 from .candidate_bins import integrate
 from .directions import direction
+from .prediction import prediction
 
 Array = NDArray[np.float64]
 
@@ -58,21 +58,12 @@ def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
         elif len(names) == 2:
             stray = max(stray, float(bins[1].sum()))
         errors.append(error)
-    predicted = result.build(
-        flux,
-        thetas,
-        phis,
-        orders=(1,),
-        attrs={
-            "source": "prediction",
-            "model": candidate.name,
-            "orders": "all" if names == (ALL,) else "1",
-            "scene": to_toml(scene),
-            "microsurf": __version__,
-            "stray_body": stray,
-            "seconds": time.perf_counter() - begin,
-        },
-    )
+    attrs = {
+        "orders": "all" if names == (ALL,) else "1",
+        "stray_body": stray,
+        "seconds": time.perf_counter() - begin,
+    }
+    predicted = prediction(scene, candidate.name, flux, attrs, orders=(1,))
     relative = np.array(errors).reshape(len(thetas), len(phis), len(names))
     return predicted.assign_coords(part=list(names)).assign(
         relative_error=(("theta_i", "phi_i", "part"), relative)

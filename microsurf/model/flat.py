@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import result
 from ..physics import facet, fresnel
+from ..scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -14,6 +15,20 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 def body(cos_i: ArrayLike, cos_o: ArrayLike, n: float) -> Array:
     """Body BRDF T(i) T(o)/(π (1 − r_e)) in sr⁻¹ at unit body weight; 0 below the horizon."""
     return facet.body(cos_i, cos_o, n, 1.0)
+
+
+def lobes(scene: Scene, theta: float) -> Array:
+    """Both energies in each bin at unit body weight, shape (2, rings, sectors); θ in radians.
+
+    What the scene does not have is 0.
+    """
+    n, needs = scene.material.n, scene.requires
+    bins = np.zeros((2, result.RINGS, result.SECTORS))
+    if needs.interface:
+        bins[0] = specular_bins(np.cos(theta), n, scene.material.k)
+    if needs.substrate:
+        bins[1] = body_bins(np.cos(theta), n)
+    return bins
 
 
 def specular_bins(cos_i: float, n: float, k: float) -> Array:

@@ -8,14 +8,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .. import __version__, result
+from .. import result
 from ..errors import InputError
 from ..physics import facet
 from ..scene import Scene
-from ..scene_file import to_toml
 from . import flat, single
 from .body_bins import body_bins
 from .directions import checked
+from .prediction import Attributes, prediction
 from .single import FITTED, MASKINGS, Facets
 from .specular_bins import specular_bins
 
@@ -71,22 +71,13 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
         "roughness": facets is not None,
         "anisotropy": facets is not None and not facets.isotropic,
     }
-    return result.build(
-        flux,
-        thetas,
-        phis,
-        orders=(1,),
-        attrs={
-            "source": "prediction",
-            "model": model,
-            "scene": to_toml(scene),
-            "microsurf": __version__,
-            "effects": ", ".join(name for name, runs in effects.items() if runs),
-            "specular_error": float(errors[0]),
-            "body_error": float(errors[1]),
-            "seconds": time.perf_counter() - begin,
-        },
-    )
+    attrs: Attributes = {
+        "effects": ", ".join(name for name, runs in effects.items() if runs),
+        "specular_error": float(errors[0]),
+        "body_error": float(errors[1]),
+        "seconds": time.perf_counter() - begin,
+    }
+    return prediction(scene, model, flux, attrs, orders=(1,))
 
 
 def evaluate(
@@ -149,17 +140,13 @@ def _bins(
     scene: Scene, facets: Facets | None, theta: float, phi: float
 ) -> tuple[Array, tuple[float, float]]:
     """Specular and body energies, shape (2, rings, sectors), and their relative errors."""
-    n, needs = scene.material.n, scene.requires
+    if facets is None:
+        return flat.lobes(scene, theta), (0.0, 0.0)
+    needs = scene.requires
     bins = np.zeros((2, result.RINGS, result.SECTORS))
     specular_error = body_error = 0.0
-    if facets is None:
-        if needs.interface:
-            bins[0] = flat.specular_bins(np.cos(theta), n, scene.material.k)
-        if needs.substrate:
-            bins[1] = flat.body_bins(np.cos(theta), n)
-    else:
-        if needs.interface:
-            bins[0], specular_error = specular_bins(facets, theta, phi)
-        if needs.substrate:
-            bins[1], body_error = body_bins(facets, theta, phi)
+    if needs.interface:
+        bins[0], specular_error = specular_bins(facets, theta, phi)
+    if needs.substrate:
+        bins[1], body_error = body_bins(facets, theta, phi)
     return bins, (specular_error, body_error)

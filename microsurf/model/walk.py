@@ -14,13 +14,13 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from .. import __version__, result
+from .. import result
 from ..errors import InputError
 from ..scene import Scene
-from ..scene_file import to_toml
 from . import flat
 from .directions import direction
 from .groove_kernels import vcavity_walk
+from .prediction import Attributes, prediction
 from .walk_kernels import smith_walk
 from .walk_law import Facet, facet_of, law_of, stream
 from .walk_tally import CAUSES, Tally, tally
@@ -131,36 +131,23 @@ def walk(
 
 def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:
     """One flat facet: a ray meets it once, there is nothing to walk through."""
-    n, needs = scene.material.n, scene.requires
-    bins = np.zeros((len(scene.light.theta), 2, result.RINGS, result.SECTORS))
-    for k, theta in enumerate(scene.light.theta):
-        cosine = float(np.cos(np.radians(theta)))
-        if needs.interface:
-            bins[k, 0] = flat.specular_bins(cosine, n, scene.material.k)
-        if needs.substrate:
-            bins[k, 1] = flat.body_bins(cosine, n)
+    bins = np.stack([flat.lobes(scene, theta) for theta in np.radians(scene.light.theta)])
     flux = np.repeat(bins[None, :, None, None], len(scene.light.phi), axis=2)
-    attrs = {**_attrs(scene, kind), "seconds": time.perf_counter() - begin}
-    return result.build(flux, scene.light.theta, scene.light.phi, orders=(1,), attrs=attrs)
+    attrs: Attributes = {"effects": _effects(scene), "seconds": time.perf_counter() - begin}
+    return prediction(scene, kind, flux, attrs, orders=(1,))
 
 
-def _attrs(scene: Scene, kind: str) -> dict[str, str | float | int]:
+def _effects(scene: Scene) -> str:
     needs = scene.requires
     names = ("interface", "substrate", "roughness", "multiple_scattering")
     effects = [name for name in names if getattr(needs, name)]
     if needs.roughness and not scene.roughness.isotropic:
         effects.append("anisotropy")
-    return {
-        "source": "prediction",
-        "model": kind,
-        "scene": to_toml(scene),
-        "microsurf": __version__,
-        "effects": ", ".join(effects),
-    }
+    return ", ".join(effects)
 
 
 def labelled(
-    scene: Scene, kind: str, totals: list[Tally], facet: Facet, attrs: dict[str, float | int]
+    scene: Scene, kind: str, totals: list[Tally], facet: Facet, attrs: Attributes
 ) -> xr.Dataset:
     """Tallies of the scene's angles, θ outermost, as a Dataset."""
     thetas, phis = scene.light.theta, scene.light.phi
@@ -178,8 +165,8 @@ def labelled(
         seen = total.counts.shape[0]
         flux[place][:, :seen] = np.swapaxes(total.counts, 0, 1) / total.paths
     flux *= path_weight[:, None, None]
-    labels = {**_attrs(scene, kind), **attrs, "events": sum(total.events for total in totals)}
-    walked = result.build(flux, thetas, phis, path_weight=path_weight, attrs=labels)
+    attrs = {"effects": _effects(scene), **attrs, "events": sum(total.events for total in totals)}
+    walked = prediction(scene, kind, flux, attrs, path_weight=path_weight)
     dims = ("realisation", "theta_i", "phi_i")
     walked["paths"], walked["arrived"] = (dims, paths), (dims, arrived)
     walked["ended"] = ((*dims, "cause"), ended)

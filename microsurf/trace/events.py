@@ -12,10 +12,8 @@ from .. import result
 from .compile import compiled, inlined
 from .empty_space import put
 from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
-from .meeting import BACK, meet, onward
-from .wave import ABSORBED, BEHIND, BELOW, LEFT_OUT
-
-_AGAIN = 3  # times a ray that fell through an edge is sent again, from a little above
+from .meeting import MET, ON, OUT, arrival
+from .wave import ABSORBED, LEFT_OUT
 
 
 @compiled
@@ -84,39 +82,15 @@ def take_events(
     alive = unmet = grazes = leaks = 0
     for r in range(active):
         dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
-        order, body = wave.state[r, 0], wave.state[r, 1]
-        wraps, batch = wave.state[r, 2], wave.state[r, 3]
+        order, body, batch = wave.state[r, 0], wave.state[r, 1], wave.state[r, 3]
         tried = wave.state[r, 6]  # the ring of a fan's ray, −1 for any other ray
         weight = wave.weight[r]
-        same = out = False
-        end = -1
-        mx = my = mz = mu = 0.0
-        if triangle[r] < 0:
-            gone, end, px, py, pz, wraps = onward(r, wave, grid, x0, y0, top, reach)
-            out = gone == 1
-            same = not out and end < 0
-        else:
-            mx, my, mz, mu, same, px, py, pz = meet(
-                r, wave, triangle[r], u[r], v[r], grid, x0, y0, reach, tried < 0
-            )
-            grazes += same
-            if mu < -BACK and not same:
-                end = BEHIND
-            elif order >= 1 and tried < 0 and not facet.multiple_scattering and not same:
-                end = LEFT_OUT
-        again = wave.state[r, 7]
-        if end in (BELOW, BEHIND) and again < _AGAIN:
-            # Embree lets a ray through an edge, once in 1e9: from a little above it does not.
-            # Above a heightfield nothing is in the way; light from the zenith steps aside.
-            again += 1
-            leaks += 1
-            lift = again * 2.0**-20 * reach
-            aside = lift if order == 0 else 0.0
-            px, py = wave.origins[r, 0] + aside, wave.origins[r, 1] + 0.7 * aside
-            pz = wave.origins[r, 2] + lift
-            wraps = wave.state[r, 2]
-            same = True
-        if same:
+        fate, grazed, again, mx, my, mz, mu, px, py, pz, wraps = arrival(
+            r, wave, triangle[r], u[r], v[r], grid, x0, y0, top, reach, tried < 0
+        )
+        if fate == MET and order >= 1 and tried < 0 and not facet.multiple_scattering:
+            fate = LEFT_OUT
+        if fate == ON:
             put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
             for j in range(4, 7):
                 then.state[alive, j] = wave.state[r, j]
@@ -126,16 +100,18 @@ def take_events(
                     then.fan[alive, j] = wave.fan[r, j]
             alive += 1
             unmet += order == 0
+            grazes += grazed
+            leaks += again > wave.state[r, 7]
             continue
-        if end >= 0:
-            detector.ended[end] += weight
-            detector.lost[end] += 1 if order > 0 else branches
+        if fate >= 0:
+            detector.ended[fate] += weight
+            detector.lost[fate] += 1 if order > 0 else branches
             continue
         if tried >= 0:
             for j in range(FAN):
                 fan[j] = wave.fan[r, j]
             low, high = wave.state[r, 4], wave.state[r, 5]
-            if out:
+            if fate == OUT:
                 low = tried + 1
             else:
                 high = tried
@@ -144,7 +120,7 @@ def take_events(
                 facet, rings, found, light, detector, rng, then, alive,
             )  # fmt: skip
             continue
-        if out:
+        if fate == OUT:
             _arrive(
                 detector, dx, dy, dz, weight, order, body, batch,
                 azimuth, ring_cosines, body_edges,

@@ -2,10 +2,7 @@
 
 from .compile import compiled
 from .empty_space import put
-from .meeting import BACK, meet, onward
-from .wave import BEHIND, BELOW
-
-_AGAIN = 3  # times a ray that fell through an edge is sent again, as in `events`
+from .meeting import ON, OUT, arrival
 
 
 @compiled
@@ -17,37 +14,17 @@ def take_hits(active, wave, then, triangle, u, v, grid, x0, y0, top, reach, hit,
     alive = lost = 0
     for r in range(active):
         dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
-        order, wraps, number = wave.state[r, 0], wave.state[r, 2], wave.state[r, 3]
-        again = wave.state[r, 7]
-        grazed = out = False
-        end = -1
-        mx = my = mz = mu = 0.0
-        if triangle[r] < 0:
-            gone, end, px, py, pz, wraps = onward(r, wave, grid, x0, y0, top, reach)
-            out = gone == 1
-            same = not out and end < 0
-        else:
-            mx, my, mz, mu, grazed, px, py, pz = meet(
-                r, wave, triangle[r], u[r], v[r], grid, x0, y0, reach, order == 0
-            )
-            same = grazed
-            if mu < -BACK and not grazed:
-                end = BEHIND
-        if end in (BELOW, BEHIND) and again < _AGAIN:
-            again += 1
-            lift = again * 2.0**-20 * reach
-            aside = lift if order == 0 else 0.0
-            px, py = wave.origins[r, 0] + aside, wave.origins[r, 1] + 0.7 * aside
-            pz = wave.origins[r, 2] + lift
-            wraps = wave.state[r, 2]
-            same = True
-        if same:
+        order, number = wave.state[r, 0], wave.state[r, 3]
+        fate, _, again, mx, my, mz, mu, px, py, pz, wraps = arrival(
+            r, wave, triangle[r], u[r], v[r], grid, x0, y0, top, reach, order == 0
+        )
+        if fate == ON:
             put(then, alive, px, py, pz, dx, dy, dz, 1.0, order, 0, wraps, number)
             then.state[alive, 7] = again
             alive += 1
-        elif end >= 0:
+        elif fate >= 0:
             lost += 1
-        elif out:
+        elif fate == OUT:
             free[number] = order == 1
         elif order == 0:
             hit[number] = triangle[r]

@@ -11,10 +11,49 @@ import numpy as np
 from .compile import inlined
 from .empty_space import MOST_WRAPS, OFFSET, advance
 from .grid import MARGIN
-from .wave import BELOW, WRAPPED
+from .wave import BEHIND, BELOW, WRAPPED
+
+MET, OUT, ON = -1, -2, -3
+"""Fates of a ray beside those of `wave.ENDS`: on a facet, out above, to go on as it was."""
 
 _PASSES = 8 * 2.0**-23  # of the ray's length: as near float32 may take it to pass an edge
-BACK = 1e-6  # float32 directions may meet a grazed triangle from behind by this cosine
+_BACK = 1e-6  # float32 directions may meet a grazed triangle from behind by this cosine
+_AGAIN = 3  # times a ray that fell through an edge is sent again, from a little above
+
+
+@inlined
+def arrival(r, wave, triangle, u, v, grid, x0, y0, top, reach, goes_on):
+    """Where the r-th ray is after a call of Embree.
+
+    Returns its fate (`wave.ENDS` by index if it is lost, else MET, OUT or ON), whether it
+    grazed a ridge, how often it was sent again; the facet's normal and the cosine to it;
+    where it starts next, times round the period. See `meet` for ``goes_on``.
+    """
+    again, wraps = wave.state[r, 7], wave.state[r, 2]
+    grazed = False
+    mx = my = mz = mu = 0.0
+    if triangle < 0:
+        fate, px, py, pz, wraps = _onward(r, wave, grid, x0, y0, top, reach)
+    else:
+        mx, my, mz, mu, grazed, px, py, pz = meet(
+            r, wave, triangle, u, v, grid, x0, y0, reach, goes_on
+        )
+        fate = MET
+        if grazed:
+            fate = ON
+        elif mu < -_BACK:
+            fate = BEHIND
+    if fate in (BELOW, BEHIND) and again < _AGAIN:
+        # Embree lets a ray through an edge, once in 1e9: from a little above it does not.
+        # Above a heightfield nothing is in the way; light from the zenith steps aside.
+        again += 1
+        lift = again * 2.0**-20 * reach
+        aside = lift if wave.state[r, 0] == 0 else 0.0
+        px, py = wave.origins[r, 0] + aside, wave.origins[r, 1] + 0.7 * aside
+        pz = wave.origins[r, 2] + lift
+        wraps = wave.state[r, 2]
+        fate = ON
+    return fate, grazed, again, mx, my, mz, mu, px, py, pz, wraps
 
 
 @inlined
@@ -37,10 +76,10 @@ def _edge(x, y, z):
 
 
 @inlined
-def onward(r, wave, grid, x0, y0, top, reach):
+def _onward(r, wave, grid, x0, y0, top, reach):
     """A ray that met no triangle: out above, lost, or round the period.
 
-    Returns 1 if it is out, how it ended if ≥ 0, where it is now, times round the period.
+    Returns its fate, where it is now, times round the period.
     """
     dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
     px, py = float(wave.origins[r, 0]), float(wave.origins[r, 1])
@@ -54,11 +93,11 @@ def onward(r, wave, grid, x0, y0, top, reach):
     t = min(tx, ty)
     z = pz + t * dz if t < np.inf else np.copysign(np.inf, dz)
     if dz > 0 and z >= top:
-        return 1, -1, px, py, pz, wraps
+        return OUT, px, py, pz, wraps
     if dz <= 0 and z < grid.bottom:
-        return 0, BELOW, px, py, pz, wraps
+        return BELOW, px, py, pz, wraps
     if wraps >= MOST_WRAPS:
-        return 0, WRAPPED, px, py, pz, wraps
+        return WRAPPED, px, py, pz, wraps
     # A little back, so that rounding leaves no gap between the two parts.
     t = max(0.0, t - (2.0**-19 * reach + 2.0**-20 * t))
     px, py, pz = px + t * dx, py + t * dy, pz + t * dz
@@ -72,8 +111,8 @@ def onward(r, wave, grid, x0, y0, top, reach):
     )  # fmt: skip
     wraps += 1 + more
     if ahead == 1:
-        return 1, -1, px, py, pz, wraps
-    return 0, WRAPPED if wraps >= MOST_WRAPS else -1, px, py, pz, wraps
+        return OUT, px, py, pz, wraps
+    return WRAPPED if wraps >= MOST_WRAPS else ON, px, py, pz, wraps
 
 
 @inlined
@@ -94,7 +133,7 @@ def meet(r, wave, triangle, u, v, grid, x0, y0, reach, goes_on):
     wb, we = float(u), float(v)
     wa = 1 - wb - we
     grazed = False
-    if mu < -BACK:
+    if mu < -_BACK:
         # The far side of a ridge, met where the ray passes its edge: distances in the
         # plane across the ray are heights of the triangle times |μ|.
         ox, oy, oz = wave.origins[r, 0], wave.origins[r, 1], wave.origins[r, 2]

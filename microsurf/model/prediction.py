@@ -1,0 +1,34 @@
+"""What every model returns: light in the detector's bins, and of which theory and scene."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import __version__, result
+from ..scene import Scene
+from ..scene_file import to_toml
+
+Array = NDArray[np.float64]
+Attributes = Mapping[str, str | float | int]
+
+
+def prediction(
+    scene: Scene,
+    model: str,
+    flux: Array,
+    attrs: Attributes,
+    *,
+    orders: Sequence[int] = result.ORDERS,
+    path_weight: Array | None = None,
+) -> xr.Dataset:
+    """Label what a model found for a scene, see `microsurf.result.build`."""
+    source = {
+        "source": "prediction",
+        "model": model,
+        "scene": to_toml(scene),
+        "microsurf": __version__,
+    }
+    thetas, phis = scene.light.theta, scene.light.phi
+    return result.build(flux, thetas, phis, orders, path_weight, {**source, **attrs})
