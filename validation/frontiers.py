@@ -168,6 +168,12 @@ def write(table: Sequence[Row], target: Path) -> None:
             writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
 
 
+def labelled(path: Path) -> str:
+    """The scene's name and roughness."""
+    rough = read(path).roughness
+    return f"{path.stem}: γ {rough.gamma:g}, σ {rough.sigma_x:g}"
+
+
 def draw(scenes: Mapping[str, list[Row]], out: Path) -> None:
     """Both pictures."""
     for name, figure in (
@@ -188,7 +194,7 @@ def main(words: Sequence[str] | None = None) -> int:
     tables, table = {}, []
     for path in asked.scenes or sorted((HERE / "scenes").glob("*.toml")):
         one, other = (kept_run(path, run) for run in range(len(SEEDS)))
-        tables[path.stem] = one["rows"]
+        tables[labelled(path)] = one["rows"]
         table += repeated(path.stem, one, other)
         write(one["rows"], asked.out / f"{path.stem}.csv")
         print(f"{path.stem}: {one['seconds'] + other['seconds']:.0f} s", file=sys.stderr)  # noqa: T201

@@ -14,8 +14,12 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
-    """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity."""
+    """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity.
+
+    A scene of one rung, which has no other to be compared with, gets none.
+    """
     columns = 3
+    tables = {name: table for name, table in tables.items() if len({r["rung"] for r in table}) > 1}
     lines = -(-len(tables) // columns)
     drawn = new_figure(1.75 * lines + 1.2)
     grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
@@ -36,7 +40,7 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
 
 
 def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
-    """For each quantity and rung the median and range over scenes of error and relative cost.
+    """For each quantity and rung the quartiles over scenes of error and relative cost.
 
     The cost is in those of the scene's cheapest rung. Scenes of one rung, which has no
     other to be compared with, are left out.
@@ -53,19 +57,17 @@ def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
                 found.setdefault((quantity, row["rung"]), []).append(pair)
     rows = []
     for (quantity, rung), pairs in found.items():
-        error, cost = np.array(pairs).T
-        rows.append({
-            "quantity": quantity, "rung": rung, "model": models[rung], "scenes": len(pairs),
-            "error": float(np.median(error)),
-            "error_low": float(error.min()), "error_high": float(error.max()),
-            "cost": float(np.median(cost)),
-            "cost_low": float(cost.min()), "cost_high": float(cost.max()),
-        })  # fmt: skip
+        row = {"quantity": quantity, "rung": rung, "model": models[rung], "scenes": len(pairs)}
+        for name, values in zip(("error", "cost"), np.array(pairs).T, strict=True):
+            quartiles = np.quantile(values, [0.25, 0.5, 0.75])
+            ends = (f"{name}_low", name, f"{name}_high")
+            row |= {key: float(value) for key, value in zip(ends, quartiles, strict=True)}
+        rows.append(row)
     return rows
 
 
 def over_all(rows: Rows) -> Figure:
-    """A panel for each quantity of `medians`: symbols the medians, bars the ranges."""
+    """A panel for each quantity of `medians`: symbols the medians, bars the middle half."""
     names = [q for q in CHOICES if any(row["quantity"] == q for row in rows)]
     drawn = new_figure(4.3)
     grid = drawn.subplots(1, max(len(names), 1), squeeze=False, sharex=True, sharey=True)[0]
@@ -90,6 +92,6 @@ def over_all(rows: Rows) -> Figure:
         panel.tick_params(which="both", labelsize=8)
         panel.set_xlabel("time over the cheapest's", fontsize=SMALL)
     grid[0].set_ylabel("error (%)", fontsize=9)
-    how = "symbols: median over scenes; bars: least to most; 0.01 % stands for less, 200 % for more"
+    how = "symbols: median of scenes; bars: middle half; 0.01 % stands for less, 200 % for more"
     legend(drawn, columns=3, title=how)
     return drawn

@@ -52,8 +52,8 @@ _FRONTIER_CAPTION = (
 _OVER_ALL = """Models on the {scenes} rough scenes of this report, each against its own measurement:
 median and range over scenes. Cost is in that of the scene's cheapest model."""
 _OVER_ALL_CAPTION = (
-    "Error against relative cost of each model: medians over scenes (symbols), and from the least "
-    "to the most (bars). Errors below 0.01 % and above 200 % are drawn there. Models only, no "
+    "Error against relative cost of each model: medians over scenes (symbols), and the middle "
+    "half of them (bars). Errors below 0.01 % and above 200 % are drawn there. Models only, no "
     "explicit surfaces: `microsurf tradeoff` has both."
 )
 _INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
