@@ -272,14 +272,14 @@ def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) 
         return scene.surface.realisations, scene.accuracy.paths
     if single:
         least = 1 if scene.surface.file is not None else scene.surface.realisations
-        paths = _paths(max(w.of_path / w.asked**2 for w in wanted) / least)
-        if paths > MOST_PATHS:
+        each = _paths(max(w.of_path / w.asked**2 for w in wanted) / least)
+        if each > MOST_PATHS:
             worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
             raise InputError(
                 f"{'lobe' if worst.lobe else 'standard'}_error = {worst.asked:g}: would take about "
-                f"{paths:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"
+                f"{each:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"
             )
-        return least, paths
+        return least, each
     hardest = max(wanted, key=lambda w: w.surfaces(PILOT_PATHS))
     surface_cost = SURFACE_COST * cells / scene.light.angles
     paths = PILOT_PATHS * 32.0
