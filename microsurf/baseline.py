@@ -27,9 +27,13 @@ QUADRATURE = 1e-4
 _ROUNDING = 1e-9
 """Relative difference that is no difference: sums in another order."""
 
+_LARGEST = 1e60
+"""No figure of a report comes near; fourth powers of errors up to here are finite."""
+
 _FIGURES = ("measured", "predicted")
 _KEY = ("quantity", "theta_i", "phi_i", "kd")
 _NUMBERS = ("theta_i", "phi_i", "kd", "measured", "standard_error", "predicted", "predicted_error")
+_ERRORS = ("standard_error", "predicted_error")
 _TEXTS = ("quantity", "basis", "verdict")
 
 Key = tuple[Any, ...]
@@ -82,11 +86,17 @@ def read_report(path: Path) -> dict[str, Any]:
 def _whole(scene: dict[str, Any]) -> bool:
     """Whether a scene holds all that is compared."""
     return isinstance(scene["name"], str) and all(
-        isinstance(row.get(name), kind)
+        all(_number(row.get(name)) for name in _NUMBERS)
+        and all(isinstance(row.get(name), str) for name in _TEXTS)
+        and min(row[name] for name in _ERRORS) >= 0
         for row in scene["comparisons"]
-        for names, kind in ((_NUMBERS, int | float), (_TEXTS, str))
-        for name in names
     )
+
+
+def _number(value: Any) -> bool:
+    """Whether it is a number that can be reckoned with: 1e999 reads as infinite."""
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return plain and abs(value) <= _LARGEST
 
 
 def _version() -> str:

@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from pathlib import Path
 from types import FrameType
 
 import click
@@ -12,6 +13,8 @@ from .errors import MicrosurfError
 
 def main() -> None:
     """Run the command line with its exit codes: every error is one line on stderr."""
+    if sys.stderr is None:  # closed by the caller: progress bars can't bear that
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - to the end
     # Libraries swallow or misreport a Ctrl-C that meets them while they load: nothing
     # has begun yet, so it ends the process here.
     usual = signal.signal(signal.SIGINT, _stop)

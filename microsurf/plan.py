@@ -15,7 +15,8 @@ import numpy as np
 from scipy import stats
 
 from . import memory, precision
-from .scene import Accuracy, Scene
+from .errors import InputError
+from .scene import MOST_PATHS, Accuracy, Scene
 from .surface import surfaces_of
 from .trace import measure
 from .trace.ledger import MOST_SURFACES
@@ -145,7 +146,7 @@ def plan(
     Raises
     ------
     InputError
-        As `measure`.
+        As `measure`; or if one surface would take more paths than there may be.
 
     """
     needs, asked = scene.requires, scene.accuracy
@@ -271,8 +272,14 @@ def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) 
         return scene.surface.realisations, scene.accuracy.paths
     if single:
         least = 1 if scene.surface.file is not None else scene.surface.realisations
-        paths = max(w.of_path / w.asked**2 for w in wanted) / least
-        return least, _paths(paths)
+        each = _paths(max(w.of_path / w.asked**2 for w in wanted) / least)
+        if each > MOST_PATHS:
+            worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
+            raise InputError(
+                f"{'lobe' if worst.lobe else 'standard'}_error = {worst.asked:g}: would take about "
+                f"{each:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"
+            )
+        return least, each
     hardest = max(wanted, key=lambda w: w.surfaces(PILOT_PATHS))
     surface_cost = SURFACE_COST * cells / scene.light.angles
     paths = PILOT_PATHS * 32.0

@@ -20,6 +20,7 @@ CORRELATIONS = (0.5, 1e6)
 BECKMANN = 1e9
 """γ that stands for Beckmann's ∞: the same to nine digits."""
 DEFAULT_PATHS = 1_000_000
+MOST_PATHS = 10**12
 LEAST_ERROR = 1e-6
 SPACINGS = (1e-30, 1e30)
 """Spacings in the unit of length: squares of heights and float32 meshes must hold them."""
@@ -204,7 +205,7 @@ class Accuracy:
     lobe_error: float | None = None
 
     def __post_init__(self) -> None:
-        checks.whole("accuracy.paths", self.paths, 1, 10**12)
+        checks.whole("accuracy.paths", self.paths, 1, MOST_PATHS)
         for name in ("standard_error", "lobe_error"):
             asked = getattr(self, name)
             if asked is not None:

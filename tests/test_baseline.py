@@ -141,6 +141,11 @@ def damaged():
         yield json.dumps(wrong), "damaged in scene 'one'"
         del wrong["scenes"][0]["comparisons"][0][key]
         yield json.dumps(wrong), "damaged in scene 'one'"
+    for key, value in (("measured", 10**400), ("measured", 1e999), ("standard_error", 1e300),
+                       ("standard_error", -0.1), ("predicted", True)):  # fmt: skip
+        wrong = deepcopy(good)
+        wrong["scenes"][0]["comparisons"][0][key] = value
+        yield json.dumps(wrong).replace("Infinity", "1e999"), "damaged in scene 'one'"
 
 
 @pytest.mark.parametrize(("text", "words"), list(damaged()))

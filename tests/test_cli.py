@@ -723,6 +723,16 @@ def test_a_reader_that_leaves_is_no_error(tmp_path):
     assert process.returncode == 0
 
 
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes stderr")
+def test_closed_stderr_is_no_error():
+    ran = subprocess.run(  # noqa: S603 - our own command
+        ["/bin/sh", "-c", 'exec "$0" "$@" 2>&-', str(MICROSURF), "measure", *TINY, "--json"],
+        stdout=subprocess.PIPE, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0
+    assert "albedo" in json.loads(ran.stdout)
+
+
 @pytest.mark.parametrize("name", KINDS)
 def test_walks_answer_with_all_orders_and_an_error(run, name):
     roughness = ("--gamma", "2", "--sigma", "0.5", "--theta", "60")

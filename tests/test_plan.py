@@ -13,6 +13,7 @@ from scipy import stats
 
 from microsurf import measure, plan, precision, summary
 from microsurf.commands import cli
+from microsurf.errors import InputError
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.trace.ledger import PIECE, ROUND
 
@@ -124,6 +125,29 @@ def test_flat_scenes_and_paths_asked_for():
     assert asked.lobe_error <= 0.01
     dark = replace(flat, material=Material(1.0, (0.0,)))
     assert np.isfinite(plan.plan(dark).error)
+
+
+@pytest.mark.parametrize(
+    ("asked", "named"),
+    [(Accuracy(standard_error=1e-6, lobe_error=1.0), "standard_error = 1e-06"),
+     (Accuracy(standard_error=1e-2, lobe_error=1e-6), "lobe_error = 1e-06")],
+)  # fmt: skip
+def test_more_paths_than_there_may_be_are_refused_by_the_error_asked_for(asked, named):
+    hopeless = replace(SMALL, roughness=Roughness(2.0, (0.0,)), accuracy=asked)
+    if named.startswith("standard"):  # one facet alone: what its rays leave is set by hand
+        wanted = [plan._Wanted(lobe=False, between=0.0, of_path=1e3, asked=1e-6)]
+        with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
+            plan._cheapest(wanted, hopeless, 0, single=True)
+        return
+    with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
+        plan.plan(hopeless)
+
+
+def test_a_lobe_error_of_zero_is_refused_and_not_taken_for_none():
+    words = ["measure", "--sigma", "0", "--standard-error", "0.1", "--lobe-error", "0", "--dry-run"]
+    error = CliRunner().invoke(cli, words).exception
+    assert isinstance(error, InputError)
+    assert "accuracy.lobe_error = 0.0: must be 1e-6 … 1" in str(error)
 
 
 def test_dry_run_says_what_would_run_and_runs_nothing(tmp_path):

@@ -200,5 +200,6 @@ def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:
             )
         return Accuracy(paths)
     if error is not None:
-        return Accuracy(standard_error=error, lobe_error=lobes or base.lobe_error)
+        kept = base.lobe_error if lobes is None else lobes
+        return Accuracy(standard_error=error, lobe_error=kept)
     return base if lobes is None else replace(base, lobe_error=lobes)

@@ -77,7 +77,7 @@ class Candidate:
                 found = self.function(i.copy(), o.copy(), **more)
         except InputError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise InputError(
                 f"--model {self.name}: {type(error).__name__} at {len(i)} directions: "
                 f"{str(error)[:_LINE]}; mend the callable"

@@ -27,6 +27,10 @@ def told(scene=SCENE, function=lambert, **more):
     return text
 
 
+def leaves(*_):
+    raise SystemExit(0)
+
+
 def raises(*_):
     raise ZeroDivisionError("nothing is left")
 
@@ -45,6 +49,7 @@ def raises(*_):
         (lambda _, o: np.where(o[:, 0] > 0, np.nan, 1.0), "f = nan"),
         (lambda _, o: np.where(o[:, 0] > 0, np.inf, 1.0), "f = inf"),
         (lambda _, o: (np.ones(len(o)), o[:, 0]), "body f = -"),
+        (leaves, "SystemExit at 64 directions: 0; mend the callable"),
         (raises, "ZeroDivisionError at 64 directions: nothing is left"),
         (lambda i: np.ones(len(i)), "TypeError"),
     ],
