@@ -609,6 +609,7 @@ OWN = """import numpy as np
 def lambert(i, o): return np.full(len(o), 0.5 / np.pi)
 def dark(i, o): return np.full(len(o), 0.25 / np.pi)
 def bad(i, o): return -lambert(i, o)
+def huge(i, o): return np.full(len(o), 1.7e308)
 """
 LAMBERT = "[material]\nn = 1.0\nkd = 0.5\n[roughness]\nsigma = 0\n[light]\ntheta = [60]\n"
 
@@ -631,7 +632,8 @@ def test_ones_own_brdf_stands_in_the_models_place(run, refused, monkeypatch):
         "report.html", "report.json", "report.md", "junit.xml"
     }  # fmt: skip
     for name, words in (
-        ("own_lambert:bad", "must be finite and ≥ 0"),
+        ("own_lambert:bad", "must be from 0 to 1e+30"),
+        ("own_lambert:huge", "must be from 0 to 1e+30"),
         ("own_lambert:none", "no attribute 'none'"),
         ("nowhere:f", "can't be imported"),
         ("smith", "package.module:callable"),

@@ -34,6 +34,8 @@ ALL, SPECULAR, BODY = "all", "specular", "body"
 SMOOTHEST = 1e-4
 """Smallest σ whose spike about the mirror direction is resolved, see `candidate_bins`."""
 _PROBES = 64
+_MOST = 1e30
+"""Largest f in sr⁻¹ that its sums over directions can hold; spikes of σ = 1e-6 have 1e12."""
 _RECIPROCITY = 1e-3
 """Relative difference of f(i, o) and f(o, i) that is the BRDF's and not its rounding's."""
 _LINE = 200
@@ -99,13 +101,13 @@ class Candidate:
                 "(f_specular, f_body)"
             )
         array = array.astype(np.float64)
-        wrong = ~(np.isfinite(array) & (array >= 0))
+        wrong = ~((array >= 0) & (array <= _MOST))
         if wrong.any():
             k = int(np.flatnonzero(wrong)[0])
             where = f"i = {_shown(i[k])}, o = {_shown(o[k])}"
             raise InputError(
                 f"--model {self.name}: {part} f = {array[k]:.4g} sr⁻¹ at {where}; "
-                "must be finite and ≥ 0"
+                f"must be from 0 to {_MOST:g}"
             )
         return array
 

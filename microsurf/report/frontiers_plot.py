@@ -16,10 +16,11 @@ Rows = Sequence[Mapping[str, Any]]
 def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
     """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity.
 
-    A scene of one rung, which has no other to be compared with, gets none.
+    A scene of one rung, which has no other to be compared with, gets none beside others.
     """
     columns = 3
-    tables = {name: table for name, table in tables.items() if len({r["rung"] for r in table}) > 1}
+    several = {name: table for name, table in tables.items() if len({r["rung"] for r in table}) > 1}
+    tables = several or tables
     lines = -(-len(tables) // columns)
     drawn = new_figure(1.75 * lines + 1.2)
     grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)

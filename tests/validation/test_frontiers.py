@@ -102,9 +102,13 @@ def test_the_script_writes_goes_on_and_says_what_turned_round(tmp_path, monkeypa
     assert frontiers.main(words) == 0
     turned = [told(VALUES, COSTS), told({**VALUES, "a": 1.01}, COSTS)]
     kept = frontiers.kept_run
-    monkeypatch.setattr(
-        frontiers, "kept_run", lambda path, run: kept(path, run) | {"told": turned[run]["told"]}
-    )
+
+    def made_up(path, run):
+        found = kept(path, run)
+        rows = [row | {"rung": name} for row in found["rows"] for name in VALUES]
+        return found | {"rows": rows, "told": turned[run]["told"]}
+
+    monkeypatch.setattr(frontiers, "kept_run", made_up)
     assert frontiers.main(words) == 1
     with (tmp_path / "out" / "repeat.csv").open(encoding="utf-8") as lines:
         assert sum(int(row["reversed"]) for row in csv.DictReader(lines)) == 2
@@ -122,7 +126,11 @@ def test_medians_are_relative_to_each_scene_s_cheapest():
     }
     flat, smith = frontiers_plot.medians(tables)
     assert (flat["cost"], flat["scenes"]) == (1.0, 2)
-    assert (flat["error_low"], flat["error"], flat["error_high"]) == (0.3, 0.4, 0.5)
-    assert (smith["cost_low"], smith["cost"], smith["cost_high"]) == (10.0, 20.0, 30.0)
+    assert [flat[f"error{end}"] for end in ("_low", "", "_high")] == pytest.approx(
+        [0.35, 0.4, 0.45]
+    )
+    assert [smith[f"cost{end}"] for end in ("_low", "", "_high")] == pytest.approx(
+        [15.0, 20.0, 25.0]
+    )
     panels = frontiers_plot.over_all([flat, smith]).axes
     assert [p.get_xscale() for p in panels] == ["log"]
