@@ -113,7 +113,8 @@ class Plan:
 
 
 def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
+    units = (("s", 1, 120), ("min", 60, 120), ("h", 3600, 48), ("days", 86400, np.inf))
+    return next(f"{seconds / one:.0f} {name}" for name, one, most in units if seconds < most * one)
 
 
 def with_mesh(scene: Scene) -> Scene:

@@ -30,6 +30,11 @@ from .options import (
 from .output import show, write
 from .planned import planned
 
+_ON_TOP = (
+    "This is the measuring alone: walks, the budget, what mesh and tile leave (--no-refine does "
+    "without) and the report come on top."
+)
+
 
 def built_in_scenes() -> list[Path]:
     """Scene files that come with microsurf, in the order of their names."""
@@ -98,14 +103,15 @@ def validate_command(
         check_tail(asked, beyond)
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
-    adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
-    to_plan = scenes if dry_run else adaptive
-    plans = {name: planned(asked, seed, workers, name) for name, asked in to_plan.items()}
     if dry_run:
+        plans = _plans(scenes, seed, workers)
+        click.echo(_ON_TOP, err=True)
         show(_planned(plans) if as_json else _costs(plans), as_json)
         return
+    report.make_folders(out)  # before any work
+    adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
+    plans = _plans(adaptive, seed, workers)
     scenes |= {name: plans[name].begun(asked) for name, asked in adaptive.items()}
-    report.make_folders(out)
     results = []
     for name, asked in scenes.items():
         entry = validate_scene(
@@ -157,6 +163,10 @@ def _costs(plans: dict[str, Plan]) -> dict[str, Any]:
         "seconds": sum(made.seconds for made in plans.values()),
         "memory_bytes": max(made.memory for made in plans.values()),
     }
+
+
+def _plans(scenes: dict[str, Scene], seed: int, workers: int | None) -> dict[str, Plan]:
+    return {name: planned(asked, seed, workers, name) for name, asked in scenes.items()}
 
 
 def _planned(plans: dict[str, Plan]) -> dict[str, Any]:
