@@ -138,7 +138,6 @@ def draw_rungs(panel: Axes, table: Sequence[Mapping[str, Any]]) -> None:
     best = 100 * np.clip(np.minimum.accumulate(y), LEAST, MOST)
     panel.step(x, best, where="post", color=GREY, linewidth=1, zorder=0)
     panel.set(xscale="log", yscale="log")
-    panel.set_ylim(60 * LEAST, 150 * MOST)
     for level in (1, 3, 10):
         panel.axhline(level, color="#bbbbbb", linewidth=0.6, linestyle=":", zorder=0)
     panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)

@@ -86,7 +86,7 @@ def over_all(rows: Rows) -> Figure:
                 color=colour, marker=marker, markersize=8 if marker == "*" else 5,
                 linestyle="none", linewidth=0.7, label=label,
             )  # fmt: skip
-        panel.set(xscale="log", yscale="log", ylim=(60 * LEAST, 150 * MOST))
+        panel.set(xscale="log", yscale="log")
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
         panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
         panel.spines[["top", "right"]].set_visible(False)
