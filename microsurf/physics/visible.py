@@ -77,7 +77,9 @@ def sample(
     Returns
     -------
     array, shape (..., 3)
-        Unit normals with w·m > 0, but for rounding.
+        Unit normals with w·m > 0, but for rounding. Of slopes beyond 1e308, which only tails of
+        γ < 1.53 have, cosines are below the smallest normal float: 11.9 digits are right in the
+        normal as a whole, or the cosine is 0.
 
     Raises
     ------
