@@ -119,6 +119,7 @@ def cases_of(
     if scene.requires.multiple_scattering and predicted[1] is not None:
         later = order_change(scene, slopes, walks=walks, seed=seed).change
     lost = summary.lost_paths(measured).values
+    alone = measured.sizes["realisation"] == 1  # of several their spread is the error
     cases = {}
     for t, theta in enumerate(scene.light.theta):
         for p, phi in enumerate(scene.light.phi):
@@ -137,7 +138,7 @@ def cases_of(
                 mirrored = float(np.mean([c[2][0] for c in changes]))
                 cases[theta, phi, kd] = Case(
                     measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
-                    ray_errors=_ray_errors(measured, n, kd, (t, p)),
+                    ray_errors=_ray_errors(measured, n, kd, (t, p)) if alone else {},
                     predicted=seen,
                     theory=ideal,
                     slopes=effect,

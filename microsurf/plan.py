@@ -273,9 +273,9 @@ def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) 
         return scene.surface.realisations, scene.accuracy.paths
     if single:
         least = 1 if scene.surface.file is not None else scene.surface.realisations
-        each = _paths(max(w.of_path / w.asked**2 for w in wanted) / least)
+        worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
+        each = _paths(worst.of_path / worst.asked**2 / least)
         if each > MOST_PATHS:
-            worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
             raise InputError(
                 f"{'lobe' if worst.lobe else 'standard'}_error = {worst.asked:g}: would take about "
                 f"{each:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"

@@ -20,6 +20,16 @@ def test_levels_add_up():
     assert ledger.total == pytest.approx(book.LEVEL + 3e-5)
 
 
+def test_ledgers_of_several_processes_add_up():
+    ledger, one = asked()
+    one.keeps(0.5)
+    other, there = asked()
+    there.keeps(0.5)
+    other.add({"elsewhere": 3e-6})
+    ledger.add(other.spent)
+    assert ledger.spent == pytest.approx({"here": 2 * book.LEVEL, "elsewhere": 3e-6})
+
+
 def test_it_asserts_at_the_level_of_the_family():
     _, one = asked()
     p = book.LEVEL * 1.01

@@ -12,9 +12,8 @@ command goes on after a stop; delete it to begin again.
 """
 
 import argparse
-import csv
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -23,7 +22,7 @@ from typing import Any
 from kept import LATEST, once
 from scipy import stats
 
-from microsurf.files import whole_file
+from microsurf.commands.save import Content, rounded, save
 from microsurf.ladder_effort import EFFORTS
 from microsurf.report import frontiers_plot
 from microsurf.report.frontier_plot import rows, within
@@ -159,29 +158,10 @@ def page(table: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write(table: Sequence[Row], target: Path) -> None:
-    """Write rows as CSV."""
-    with whole_file(target) as path, path.open("w", encoding="utf-8", newline="") as lines:
-        writer = csv.DictWriter(lines, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        for row in table:
-            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
-
-
 def labelled(path: Path) -> str:
     """The scene's name and roughness."""
     rough = read(path).roughness
     return f"{path.stem}: γ {rough.gamma:g}, σ {rough.sigma_x:g}"
-
-
-def draw(scenes: Mapping[str, list[Row]], out: Path) -> None:
-    """Both pictures."""
-    for name, figure in (
-        ("frontiers", frontiers_plot.scenes(scenes)),
-        ("over_all", frontiers_plot.over_all(frontiers_plot.medians(scenes))),
-    ):
-        with whole_file(out / f"{name}.png") as path:
-            figure.savefig(path, dpi=150)
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -192,20 +172,24 @@ def main(words: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(words)
     asked.out.mkdir(parents=True, exist_ok=True)
     tables, table = {}, []
+    contents: dict[str, Content] = {}
     for path in asked.scenes or sorted((HERE / "scenes").glob("*.toml")):
         one, other = (kept_run(path, run) for run in range(len(SEEDS)))
         tables[labelled(path)] = one["rows"]
         table += repeated(path.stem, one, other)
-        write(one["rows"], asked.out / f"{path.stem}.csv")
+        contents[f"{path.stem}.csv"] = rounded(one["rows"], 4)
         print(f"{path.stem}: {one['seconds'] + other['seconds']:.0f} s", file=sys.stderr)  # noqa: T201
         for row in within(one["rows"]):
             what = f"  {row['quantity']} within {100 * row['level']:g} %: "
             cost = f"{row['rung']}, {row['seconds']:.3g} s" if row["rung"] else "nothing shown"
             print(what + cost)  # noqa: T201
-    draw(tables, asked.out)
-    write(table, asked.out / "repeat.csv")
-    with whole_file(asked.out / "repeat.md") as temporary:
-        temporary.write_text(page(table), encoding="utf-8")
+    contents |= {
+        "frontiers.png": frontiers_plot.scenes(tables),
+        "over_all.png": frontiers_plot.over_all(frontiers_plot.medians(tables)),
+        "repeat.csv": rounded(table, 4),
+        "repeat.md": page(table),
+    }
+    save(asked.out, contents)
     turned = {
         of: sum(row["reversed"] for row in table if row["of"] == of) for of in ("error", "cost")
     }

@@ -12,7 +12,6 @@ surfaces and rays leave open (its own interval holds 0, or it is below 2e-4) is 
 counted.
 """
 
-import csv
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -26,7 +25,7 @@ from scipy import stats
 from tqdm import tqdm
 
 from microsurf import budget, measure, model, result
-from microsurf.files import whole_file
+from microsurf.commands.save import rounded, save
 from microsurf.physics.facet import body_weight
 from microsurf.physics.fresnel import internal_diffuse_reflectance
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
@@ -203,14 +202,7 @@ def main() -> int:
         for gamma in tqdm(GAMMAS, desc="γ", disable=None)
         for row in once(KEPT / f"{gamma:g}.json", partial(rows_of, gamma))
     ]
-    with whole_file(OUT / "known_defects.csv") as path, path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(
-            {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows
-        )
-    with whole_file(OUT / "known_defects.md") as path:
-        path.write_text(page(rows), encoding="utf-8")
+    save(OUT, {"known_defects.csv": rounded(rows, 5), "known_defects.md": page(rows)})
     return 0
 
 

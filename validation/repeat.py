@@ -13,7 +13,6 @@ stop; delete it to begin again.
 """
 
 import argparse
-import csv
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from kept import LATEST, once
 
-from microsurf.files import whole_file
+from microsurf.commands.save import save
 from microsurf.scene import Scene
 from microsurf.scene_file import read
 from microsurf.validate import validate_scene
@@ -159,15 +158,7 @@ def main(words: Sequence[str] | None = None) -> int:
             table += once(KEPT / f"{path.stem}-{kept}.json", partial(run, path, paths))
         print(f"{path.stem}: {len(table)} comparisons so far", file=sys.stderr)  # noqa: T201
     asked.out.mkdir(parents=True, exist_ok=True)
-    with (
-        whole_file(asked.out / "repeat.csv") as path,
-        path.open("w", newline="", encoding="utf-8") as file,
-    ):
-        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
-    with whole_file(asked.out / "repeat.md") as path:
-        path.write_text(page(table), encoding="utf-8")
+    save(asked.out, {"repeat.csv": table, "repeat.md": page(table)})
     return int(any(row["flips"] for row in table if row["paths"] not in FEW))
 
 

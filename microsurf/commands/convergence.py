@@ -14,7 +14,7 @@ from ..report.convergence_plot import draw
 from ..scene import Scene
 from .options import PATH, as_json, beyond, check_from_file, check_tail, seed, workers
 from .output import show, write
-from .save import Content, save
+from .save import rounded, save_study
 
 STUDIES = ("mesh", "tile", "realisations", "rays")
 _COLUMNS = (
@@ -78,23 +78,13 @@ def _check(asked: Scene, most: int) -> None:
 
 
 def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:
-    figure = draw(found, values["scene"])
     table = [
-        dict.fromkeys(_COLUMNS) | {"study": study} | {k: _short(v) for k, v in row.items()}
+        dict.fromkeys(_COLUMNS) | {"study": study} | row
         for study in STUDIES
         for row in getattr(found, study)
     ]
-    contents: dict[str, Content] = {
-        "convergence.png": figure,
-        "convergence.pdf": figure,
-        "convergence.csv": table,
-        "convergence.json": values,
-    }
-    save(out, contents, dpi=85)
-
-
-def _short(value: Any) -> Any:
-    return f"{value:.7g}" if isinstance(value, float) else value
+    figure = draw(found, values["scene"])
+    save_study(out, "convergence", figure, rounded(table, 7), values, dpi=85)
 
 
 def _summary(asked: Scene, found: Convergence) -> list[str]:

@@ -1,7 +1,7 @@
 """How commands write the files of one run: all of them or none."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from ..report.picture import as_csv
 Content = Figure | str | Mapping[str, Any] | Sequence[Mapping[str, Any]]
 
 
-def save(folder: Path, contents: Mapping[str, Content], dpi: int) -> None:
+def save(folder: Path, contents: Mapping[str, Content], dpi: int = 150) -> None:
     """Write files by name: figures, texts, an object as JSON, rows as CSV.
 
     None takes its name before all are written. ``dpi`` is that of a PNG.
@@ -34,6 +34,32 @@ def save(folder: Path, contents: Mapping[str, Content], dpi: int) -> None:
                 content.savefig(path, dpi=dpi if path.suffix == ".png" else "figure")
             else:
                 path.write_text(_text(content), encoding="utf-8", newline="\n")
+
+
+def save_study(
+    folder: Path,
+    name: str,
+    figure: Figure,
+    rows: Sequence[Mapping[str, Any]],
+    values: Mapping[str, Any],
+    dpi: int = 150,
+) -> None:
+    """Write NAME.png and .pdf, .csv with the rows and .json with all values, see `save`."""
+    contents: dict[str, Content] = {
+        f"{name}.png": figure,
+        f"{name}.pdf": figure,
+        f"{name}.csv": rows,
+        f"{name}.json": values,
+    }
+    save(folder, contents, dpi)
+
+
+def rounded(rows: Iterable[Mapping[str, Any]], digits: int) -> list[dict[str, Any]]:
+    """Rows with that many significant digits of their floats."""
+    return [
+        {k: f"{v:.{digits}g}" if isinstance(v, float) else v for k, v in row.items()}
+        for row in rows
+    ]
 
 
 def _text(content: str | Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> str:

@@ -12,7 +12,7 @@ from ..report.frontier_plot import figure, rows, within
 from ..tradeoff import QUANTITIES, Tradeoff, check, tradeoff
 from .options import PATH, as_json, beyond, check_tail, effort, seed
 from .output import show, write
-from .save import Content, save
+from .save import rounded, save_study
 
 
 @click.command("tradeoff")
@@ -76,17 +76,7 @@ def _values(found: Tradeoff) -> dict[str, Any]:
 
 def _save(values: dict[str, Any], out: Path) -> None:
     picture = figure(values["rungs"], values["scene"])
-    table = [
-        {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
-        for row in values["rungs"]
-    ]
-    contents: dict[str, Content] = {
-        "tradeoff.png": picture,
-        "tradeoff.pdf": picture,
-        "tradeoff.csv": table,
-        "tradeoff.json": values,
-    }
-    save(out, contents, dpi=150)
+    save_study(out, "tradeoff", picture, rounded(values["rungs"], 5), values)
 
 
 def _lines(found: Tradeoff) -> list[str]:
