@@ -4,18 +4,18 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint fresh gallery atlas calibration frontiers bench clean
+.PHONY: validate test test-long lint gallery atlas calibration frontiers bench clean
 
-validate: $(READY) fresh
+validate: $(READY)
 	$(BIN)/microsurf validate
 
 # A process for each core; a file's tests stay together, for what they share.
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
-test: $(READY) lint fresh
+test: $(READY) lint
 	$(PYTEST)
 
-test-long: $(READY) fresh
+test-long: $(READY)
 	$(PYTEST) -m "long or not long"
 
 gallery: $(READY)
@@ -23,29 +23,24 @@ gallery: $(READY)
 	$(BIN)/python validation/approximate_error.py
 
 # Goes on where it was stopped.
-atlas: $(READY) fresh
+atlas: $(READY)
 	$(BIN)/python validation/atlas.py
 
-calibration: $(READY) fresh
+calibration: $(READY)
 	$(BIN)/python validation/calibration.py
 	$(BIN)/python validation/verdict_rates.py
 	$(BIN)/python validation/repeat.py
 	$(BIN)/python validation/known_defects.py
 
 # Goes on where it was stopped.
-frontiers: $(READY) fresh
+frontiers: $(READY)
 	$(BIN)/python validation/frontiers.py
 
 # Wants a quiet machine and LLVM 19, see validation/peers/mitsuba.py.
-bench: $(READY) fresh
+bench: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
 	$(BIN)/python validation/bench.py
 	$(BIN)/python validation/bench_effects.py
-
-# numba keeps what it compiled until that file changes, and does not see what it calls change.
-fresh:
-	@newest=$$(ls -t microsurf/trace/*.py microsurf/model/*.py | head -1); \
-	find microsurf -name '*.nb[ic]' ! -newer "$$newest" -delete
 
 lint: $(READY)
 	$(BIN)/ruff check .

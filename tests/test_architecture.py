@@ -51,13 +51,12 @@ def test_who_may_know_whom(package, forbidden):
             assert first not in forbidden, f"{path.name} imports {name}"
 
 
-def test_one_file_knows_embreex_and_one_in_trace_knows_numba():
+def test_one_file_knows_embreex_and_one_knows_numba():
     knows = {
         word: [p.name for p in MODULES if word in imports(p)[1]] for word in ("embreex", "numba")
     }
     assert knows["embreex"] == ["embree.py"]
-    compiled = [p for p in knows["numba"] if p in {f.name for f in users("trace")}]
-    assert compiled == ["compile.py"]
+    assert knows["numba"] == ["jit.py"]
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)

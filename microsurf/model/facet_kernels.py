@@ -6,17 +6,14 @@ The laws are those of `physics.fresnel` and `physics.facet`, one number at a tim
 """
 
 import numpy as np
-from numba import njit
 
 from .. import result
+from ..jit import force_inlined
 
 ABSORBED, OVER = -1, -2  # ends of paths: in the substrate, or after the most events asked for
 
-# x/0 is ∞ as in numpy. Inlined, the loops need not count references to the table: a third less.
-compiled = njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 
-
-@compiled
+@force_inlined
 def uniform(state):
     """Next number in [0, 1) of SFC64, as numpy's; inlined it takes a third of the time."""
     a, b, c = state[0], state[1], state[2]
@@ -28,7 +25,7 @@ def uniform(state):
     return (word >> np.uint64(11)) * 2.0**-53
 
 
-@compiled
+@force_inlined
 def refracted(mu, n, k):
     """Real and imaginary part of g = √(η² − 1 + μ²), η = n + ik."""
     real, imaginary = (n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k
@@ -40,7 +37,7 @@ def refracted(mu, n, k):
     return imaginary / (2 * b), b
 
 
-@compiled
+@force_inlined
 def reflected(mu, facet):
     """F(μ) of the facet as `physics.fresnel.reflectance`; 1 − T would be noise near n = 1."""
     n, k = facet.n, facet.k
@@ -53,7 +50,7 @@ def reflected(mu, facet):
     return excess * (1 / (across * across) + brewster / (along * along)) / 2
 
 
-@compiled
+@force_inlined
 def absorptance(mu, n, k):
     """T(μ) of a conductor."""
     a, b = refracted(mu, n, k)
@@ -64,7 +61,7 @@ def absorptance(mu, n, k):
     return 2 * mu * (a / across + (square * a + imaginary * b) / along)
 
 
-@compiled
+@force_inlined
 def transmittance(mu, n):
     """T(μ) of a dielectric as `physics.fresnel.transmittance`."""
     g = np.sqrt((n - 1) * (n + 1) + mu * mu)
@@ -72,7 +69,7 @@ def transmittance(mu, n):
     return 2 * g * mu * (1 / (a * a) + n * n / (b * b))
 
 
-@compiled
+@force_inlined
 def passed(mu, facet):
     """T(μ) of the facet: what it does not mirror."""
     if facet.k > 0:
@@ -80,7 +77,7 @@ def passed(mu, facet):
     return transmittance(mu, facet.n)
 
 
-@compiled
+@force_inlined
 def body_exit(mx, my, mz, facet, state):
     """Direction of density ∝ T(o·m) o·m: a cosine lobe, from the sphere on the facet, thinned."""
     while True:
@@ -98,7 +95,7 @@ def body_exit(mx, my, mz, facet, state):
             return x, y, z
 
 
-@compiled
+@force_inlined
 def scatter(dx, dy, dz, mx, my, mz, body, facet, state):
     """One facet event: new direction and number of body events, −1 if the light ends there."""
     mu = min(max(-(dx * mx + dy * my + dz * mz), 1e-300), 1.0)
@@ -114,7 +111,7 @@ def scatter(dx, dy, dz, mx, my, mz, body, facet, state):
     return dx, dy, dz, body
 
 
-@compiled
+@force_inlined
 def diffused(dx, dy, dz, mx, my, mz, ox, oy, oz, facet):
     """Body light that facet m sends towards o, f_b^µ ⟨o·m⟩ in sr⁻¹."""
     mu_o = ox * mx + oy * my + oz * mz

@@ -27,7 +27,8 @@ light; what a cone of directions receives is finite.
 import numpy as np
 
 from .. import result
-from .facet_kernels import OVER, compiled, diffused, reflected, scatter, uniform
+from ..jit import force_inlined
+from .facet_kernels import OVER, diffused, reflected, scatter, uniform
 from .walk_kernels import mirrored, radial_slope
 
 SUMMED = 32
@@ -35,7 +36,7 @@ SUMMED = 32
 _APART = 1e-9  # least |H|: to this unit vectors are checked
 
 
-@compiled
+@force_inlined
 def mirrored_part(slant, angle, width, count, facet):
     """Π F of ``count`` mirrors, met at cosines slant · cos(angle − m width)."""
     light = 1.0
@@ -45,7 +46,7 @@ def mirrored_part(slant, angle, width, count, facet):
     return light
 
 
-@compiled
+@force_inlined
 def lit(beta_i, beta_o, width):
     """V, its differences of cosines as products: of grazing light they would leave no digit."""
     half = np.sin(width / 2)
@@ -59,7 +60,7 @@ def lit(beta_i, beta_o, width):
     )
 
 
-@compiled
+@force_inlined
 def chain(k, ix, iy, iz, ox, oy, oz, law, facet):
     """f cosθ_o of exactly k mirrors; of one as F D(h) G/(4 i_z), exact at grazing too.
 
@@ -96,7 +97,7 @@ def chain(k, ix, iy, iz, ox, oy, oz, law, facet):
     return total / (2 * k * max(apart, _APART))
 
 
-@compiled
+@force_inlined
 def more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, law, facet, state):
     """Unbiased estimates of f cosθ_o beyond SUMMED mirrors: k is reached by roulette (SUMMED/k)².
 
@@ -120,7 +121,7 @@ def more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, law, facet, state)
         k += 1
 
 
-@compiled
+@force_inlined
 def mirrors(means, errors, draws, first, last, i, o, law, facet, state):
     """f cosθ_o of chains of first … last mirrors for each pair, and its standard error."""
     values = np.empty(draws)
@@ -137,7 +138,7 @@ def mirrors(means, errors, draws, first, last, i, o, law, facet, state):
         means[pair] = total
 
 
-@compiled
+@force_inlined
 def sent(first, last, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state):
     """Body light from the place t of a, through first … last mirrors of the groove, towards o.
 
@@ -165,7 +166,7 @@ def sent(first, last, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state):
     return total
 
 
-@compiled
+@force_inlined
 def enter(dx, dy, dz, law, state):
     """Facet a that light going along d meets first in a groove, and the place t where."""
     # A groove offers the light its opening, whatever its slope: the distribution itself.
@@ -181,7 +182,7 @@ def enter(dx, dy, dz, law, state):
     return ax, ay, az, 1 - uniform(state) * (1 - max(-to_b / to_a, 0.0))
 
 
-@compiled
+@force_inlined
 def cross(t, dx, dy, dz, ax, ay, az):
     """Place on the other facet where a ray from t of a meets it, 0 if it leaves the groove."""
     leaving = t * max(dx * ax + dy * ay + dz * az, 0.0)
@@ -191,7 +192,7 @@ def cross(t, dx, dy, dz, ax, ay, az):
     return max(min(leaving / towards, 1.0), 5e-324)
 
 
-@compiled
+@force_inlined
 def vcavity_walk(exits, events, most, i, law, facet, state):
     """As `walk_kernels.smith_walk`, between both facets of a groove (Torrance, Sparrow 1967)."""
     for k in range(len(exits)):
@@ -212,7 +213,7 @@ def vcavity_walk(exits, events, most, i, law, facet, state):
         events[k, 0], events[k, 1] = order, body
 
 
-@compiled
+@force_inlined
 def groove_next_event(values, first, last, i, o, law, facet, state):
     """Estimate f cosθ_o of orders first … last with body events, into values[:, 1].
 

@@ -10,11 +10,12 @@ directions alone its variance is infinite for γ ≤ 1.75, where D² is not inte
 
 import numpy as np
 
-from .facet_kernels import compiled, diffused, scatter, transmittance, uniform
+from ..jit import force_inlined
+from .facet_kernels import diffused, scatter, transmittance, uniform
 from .walk_kernels import above, mirrored, smith_step, visible_normal
 
 
-@compiled
+@force_inlined
 def escape(h, ox, oy, oz, law):
     """G1(o, h): the chance to get away towards o from height h."""
     if oz <= 0:
@@ -23,7 +24,7 @@ def escape(h, ox, oy, oz, law):
     return np.exp(h * above(oz, across, law) / oz)
 
 
-@compiled
+@force_inlined
 def furnace(values, i, law, facet, state, cap):
     """Estimate ∫ f cosθ_o dω_o by each walk; ``cap`` events at most. Returns all events."""
     total = 0

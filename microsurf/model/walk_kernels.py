@@ -10,12 +10,13 @@ TOG 35(4), 2016, in an exponential half-space of heights h ≤ 0. Slopes are in 
 import numpy as np
 
 from .. import result
-from .facet_kernels import OVER, compiled, diffused, reflected, scatter, uniform
+from ..jit import force_inlined
+from .facet_kernels import OVER, diffused, reflected, scatter, uniform
 
 _FAR = 200.0  # beyond e^200 slopes are held as a ratio, so that their squares do not overflow
 
 
-@compiled
+@force_inlined
 def power_rise(u, exponent):
     """u^(−exponent) − 1 for u in (0, 1]."""
     if exponent == 2.0:
@@ -25,7 +26,7 @@ def power_rise(u, exponent):
     return np.expm1(-exponent * np.log(u))
 
 
-@compiled
+@force_inlined
 def above(wz, across, law):
     """|w_z| Λ(|w_z|), across = |(scale_x w_x, scale_y w_y)|: what a ray that goes up can meet.
 
@@ -45,7 +46,7 @@ def above(wz, across, law):
     return across * law.excess * np.exp(-exponent / 2) * (left + right)
 
 
-@compiled
+@force_inlined
 def radial_slope(nu, state):
     """Two slopes (p, q) of the distribution itself; each alone is Student's t_ν (Bailey 1994)."""
     while True:
@@ -57,14 +58,14 @@ def radial_slope(nu, state):
     return u * factor, v * factor
 
 
-@compiled
+@force_inlined
 def across_slope(p, unit, nu, state):
     """Slope q given p, both in 1/unit."""
     t = radial_slope(nu + 1, state)[0]
     return t * unit if nu == np.inf else t * np.sqrt((nu * unit * unit + p * p) / (nu + 1))
 
 
-@compiled
+@force_inlined
 def seen_from_above(wz, across, law, state):
     """Slopes (p, q) in 1/unit, and the unit, visible from c = w_z/across ≥ 0."""
     nu = law.nu
@@ -86,7 +87,7 @@ def seen_from_above(wz, across, law, state):
             return p, across_slope(p, unit, nu, state), unit
 
 
-@compiled
+@force_inlined
 def seen_from_below(a, nu, state):
     """Slopes (p, q) in 1/unit, and the unit, visible from c = −a < 0 (`physics.visible`)."""
     bound = 1 / (a * a) if nu == np.inf else (nu / (a * a) + 1) / (nu - 1)
@@ -115,7 +116,7 @@ def seen_from_below(a, nu, state):
         return p, across_slope(p, unit, nu, state), unit
 
 
-@compiled
+@force_inlined
 def visible_normal(wx, wy, wz, law, state):
     """One normal m visible from w, as `physics.visible.sample`."""
     ux, uy = law.scale_x * wx, law.scale_y * wy
@@ -131,7 +132,7 @@ def visible_normal(wx, wy, wz, law, state):
     return mx / norm, my / norm, unit / norm
 
 
-@compiled
+@force_inlined
 def smith_step(dx, dy, dz, law, state):
     """Height gained until the next facet, ∞ if there is none; and σ(−d)."""
     across = np.sqrt((law.scale_x * dx) ** 2 + (law.scale_y * dy) ** 2)
@@ -139,7 +140,7 @@ def smith_step(dx, dy, dz, law, state):
     return -np.log(1 - uniform(state)) * dz / area, area
 
 
-@compiled
+@force_inlined
 def smith_walk(exits, events, most, i, law, facet, state):
     """Walk ``len(exits)`` paths from light in direction i, at most ``most`` events each.
 
@@ -167,7 +168,7 @@ def smith_walk(exits, events, most, i, law, facet, state):
         events[k, 0], events[k, 1] = order, body
 
 
-@compiled
+@force_inlined
 def mirrored(dx, dy, dz, area, ox, oy, oz, law):
     """Density in sr⁻¹ of mirror directions at o, D(h)/(4 σ(−d)), and the cosine at the facet."""
     hx, hy, hz = ox - dx, oy - dy, oz - dz
@@ -180,7 +181,7 @@ def mirrored(dx, dy, dz, area, ox, oy, oz, law):
     return height * np.exp(log_kernel - 4 * np.log(hz / norm)), norm / 2
 
 
-@compiled
+@force_inlined
 def smith_next_event(values, first, last, i, o, law, facet, state):
     """Estimate f cosθ_o of orders first … last, specular and body, shape (walks, 2).
 

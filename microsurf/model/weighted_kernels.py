@@ -4,11 +4,12 @@
 
 import numpy as np
 
-from .facet_kernels import OVER, compiled, scatter
+from ..jit import force_inlined
+from .facet_kernels import OVER, scatter
 from .walk_kernels import smith_step, visible_normal
 
 
-@compiled
+@force_inlined
 def bin_of(rho2, edges2):
     """Bin of ρ², where edges2 are the squared lower ends of the bins."""
     low, high = 0, len(edges2)
@@ -21,7 +22,7 @@ def bin_of(rho2, edges2):
     return low
 
 
-@compiled
+@force_inlined
 def kept(dx, dy, dz, length, law, table):
     """Weight of a free path under the other slopes: exp(−Δσ(−d) · length).
 
@@ -36,7 +37,7 @@ def kept(dx, dy, dz, length, law, table):
     return np.exp(-across * ((1 - t) * table[k] + t * table[k + 1]) * length)
 
 
-@compiled
+@force_inlined
 def weighted_walk(exits, events, weights, most, i, law, facet, edges2, ratios, table, state):
     """Walk as `walk_kernels.smith_walk`; weights, shape (walks,), are the walks' likelihoods.
 

@@ -7,7 +7,7 @@ greatest heights it gets near the surface in a few steps.
 
 import numpy as np
 
-from .compile import compiled, inlined
+from ..jit import compiled, inlined
 from .grid import LEVEL_STEP, MARGIN
 
 MOST_WRAPS = 100_000

@@ -9,7 +9,7 @@ ray by ray. At later facets a path draws one of both.
 import numpy as np
 
 from .. import result
-from .compile import compiled, inlined
+from ..jit import compiled, inlined
 from .empty_space import put
 from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
 from .meeting import MET, ON, OUT, arrival

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import result
-from .compile import compiled, inlined
+from ..jit import compiled, inlined
 from .empty_space import put
 
 FAN = 9

@@ -1,6 +1,6 @@
 """First hits and their shadow rays between two calls of Embree; compiled."""
 
-from .compile import compiled
+from ..jit import compiled
 from .empty_space import put
 from .meeting import ON, OUT, arrival
 

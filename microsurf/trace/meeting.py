@@ -8,7 +8,7 @@ nothing above its own triangle, so the new origin is above the surface.
 
 import numpy as np
 
-from .compile import inlined
+from ..jit import inlined
 from .empty_space import MOST_WRAPS, OFFSET, advance
 from .grid import MARGIN
 from .wave import BEHIND, BELOW, WRAPPED
