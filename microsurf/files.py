@@ -1,12 +1,16 @@
 """Files are written whole or not at all."""
 
+import errno
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import InputError, MicrosurfError
+
+_CAN_NOT_SYNC = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
+"""What a file system answers that has no sync, as some of networks and in user space."""
 
 
 def check_readable(path: Path, instead: str) -> None:
@@ -29,11 +33,9 @@ def check_writable(path: Path) -> None:
         if not path.parent.is_dir():
             raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
         # Permissions don't tell all, a file system may be read-only: try.
-        handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
+        _beside(path).unlink()
     except OSError as error:
-        raise InputError(f"{path}: can't be written ({error.strerror}); choose another") from error
-    os.close(handle)
-    Path(name).unlink()
+        raise _refused(path, error) from error
 
 
 @contextmanager
@@ -44,16 +46,12 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     check_writable(path)
     try:
-        handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
+        temporary = _beside(path)
     except OSError as error:
-        raise InputError(f"{path}: can't be written ({error.strerror}); choose another") from error
-    os.close(handle)
-    temporary = Path(name)
+        raise _refused(path, error) from error
     try:
         yield temporary
-        with temporary.open("rb") as written:
-            os.fsync(written.fileno())
-        temporary.chmod(0o666 & ~_umask())
+        _to_disk(temporary)
         temporary.replace(path)
     except OSError as error:
         raise MicrosurfError(
@@ -61,10 +59,33 @@ def whole_file(path: Path) -> Iterator[Path]:
             "Make room or choose another place"
         ) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # Windows keeps what a failed writer has left open
+            temporary.unlink()
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _beside(path: Path) -> Path:
+    """Make an empty file of its own name in the same folder.
+
+    The system gives it the rights of any new file. To change them later, as `tempfile`
+    makes necessary, is refused by some file systems of networks, and takes a look at the
+    umask that other threads would notice.
+    """
+    while True:
+        temporary = path.parent / f".{secrets.token_hex(6)}{path.suffix}"
+        with suppress(FileExistsError):
+            temporary.touch(exist_ok=False)
+            return temporary
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until the disk has it, where the file system can tell."""
+    with path.open("r+b") as written:  # Windows syncs only what may be written
+        try:
+            os.fsync(written.fileno())
+        except OSError as error:
+            if error.errno not in _CAN_NOT_SYNC:
+                raise
+
+
+def _refused(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path}: can't be written ({error.strerror}); choose another")

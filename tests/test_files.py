@@ -1,5 +1,7 @@
+import errno
 import os
 import stat
+from pathlib import Path
 
 import pytest
 
@@ -77,3 +79,61 @@ def test_what_can_not_be_read_is_bad_input(tmp_path):
             check_readable(path, "do this")
     (tmp_path / "file").touch()
     check_readable(tmp_path / "file", "do this")
+
+
+def fsync_of_windows(handle):
+    """Refuses what was opened for reading only."""
+    fcntl = pytest.importorskip("fcntl")
+    if fcntl.fcntl(handle, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
+        raise OSError(errno.EBADF, "Bad file descriptor")
+
+
+def refuse(code):
+    def refused(*_, **__):
+        raise OSError(code, os.strerror(code))
+
+    return refused
+
+
+@pytest.mark.parametrize("what", ["windows", "no sync", "no rights"])
+def test_what_other_systems_refuse_does_not_end_a_write(tmp_path, monkeypatch, what):
+    """Windows syncs only what may be written, FUSE often nothing; CIFS refuses chmod."""
+    if what == "no rights":
+        monkeypatch.setattr(Path, "chmod", refuse(errno.EPERM))
+        monkeypatch.setattr(os, "chmod", refuse(errno.EPERM))
+        monkeypatch.setattr(os, "fchmod", refuse(errno.EPERM), raising=False)
+    else:
+        fsync = fsync_of_windows if what == "windows" else refuse(errno.EINVAL)
+        monkeypatch.setattr(os, "fsync", fsync)
+    path = tmp_path / "a.txt"
+    with whole_file(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+@pytest.mark.parametrize("code", [errno.EIO, errno.ENOSPC, errno.EDQUOT])
+def test_a_sync_that_fails_is_told(tmp_path, monkeypatch, code):
+    monkeypatch.setattr(os, "fsync", refuse(code))
+    with pytest.raises(MicrosurfError, match="could not be written"), whole_file(tmp_path / "a"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_can_not_be_cleaned_up_does_not_hide_the_error(tmp_path, monkeypatch):
+    """On Windows a writer that failed may leave its file open."""
+
+    def fail():
+        with whole_file(tmp_path / "a"):
+            monkeypatch.setattr(Path, "unlink", refuse(errno.EACCES))
+            raise ValueError("the reason")
+
+    with pytest.raises(ValueError, match="the reason"):
+        fail()
+
+
+def test_the_umask_is_never_touched(tmp_path, monkeypatch):
+    """It is the whole process's: for a moment other threads' files would be open to all."""
+    monkeypatch.setattr(os, "umask", lambda _: pytest.fail("umask was set"))
+    with whole_file(tmp_path / "a"):
+        pass

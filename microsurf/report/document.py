@@ -16,8 +16,8 @@ from ..invariants import Invariant, as_rows, broken
 from ..validate import Validation, as_json
 
 LIBRARIES = (
-    "click", "embreex", "jinja2", "matplotlib", "numba", "numpy", "scipy", "tomli-w", "tqdm",
-    "trimesh", "xarray",
+    "click", "embreex", "filelock", "jinja2", "matplotlib", "mpmath", "numba", "numpy", "psutil",
+    "scipy", "tomli-w", "tqdm", "trimesh", "xarray",
 )  # fmt: skip
 """What microsurf needs to run."""
 

@@ -5,16 +5,18 @@ of its first one then stands for the first ``count`` of them. What is there is b
 only if it belongs to this run and its checksum is right; else it is traced again.
 """
 
+import errno
 import hashlib
 import json
+import logging
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 from .. import __version__
@@ -26,15 +28,14 @@ from .ledger import Lane
 from .paths import Tally
 from .pieces import PIECE, Piece, Source
 
-if sys.platform != "win32":
-    import fcntl
-
 TOGETHER = 32
 """So many pieces of a lane at most lie about singly."""
 
 RESULT = "result.nc"
 """Name of the whole result while it is written."""
 _RUN, _LOCK = "run.json", "lock"
+_NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
+"""What a file system answers that has none: Lustre and NFS as they are often mounted."""
 _PIECES = "[0-9]*-[0-9]*-[0-9]*.npz"
 
 
@@ -73,31 +74,38 @@ class Keep:
         note = folder / _RUN
         try:
             folder.mkdir(exist_ok=True)
-            self._lock = (folder / _LOCK).open("a")
+            # A lock made of a file alone would outlive a killed run, and bar its resumption.
+            self._lock = FileLock(folder / _LOCK, thread_local=False, fallback_to_soft=False)
+            self._claim()
         except OSError as error:
             raise InputError(
                 f"{folder}: can't be a folder for finished pieces ({error.strerror}); "
                 "remove it or choose another place"
             ) from error
         try:
-            self._claim()
             self._check(note, resume=resume)
             with whole_file(note) as temporary:
                 temporary.write_text(json.dumps({"run": self._run, **run}, indent=1), "utf-8")
         except BaseException:
-            self._lock.close()
+            self.close()
             raise
 
     def _claim(self) -> None:
-        """Hold the folder until this process ends, however it does; on Windows by trust."""
-        if sys.platform != "win32":
-            try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                raise InputError(
-                    f"{self._folder}: another run is at work there; "
-                    "wait for it or choose another place"
-                ) from error
+        """Hold the folder until this process ends, however it does; by trust without locks."""
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout as error:
+            raise InputError(
+                f"{self._folder}: another run is at work there; wait for it or choose another place"
+            ) from error
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
+            logging.getLogger(__name__).warning(
+                "microsurf: %s: the file system has no locks (%s); let no other run work there",
+                self._folder,
+                error.strerror,
+            )
 
     def _check(self, note: Path, *, resume: bool) -> None:
         ours = {path.name for path in self._folder.glob(_PIECES)}
@@ -167,11 +175,12 @@ class Keep:
 
     def close(self) -> None:
         """Let others have the folder."""
-        self._lock.close()
+        self._lock.release()
 
     def leave(self) -> None:
         """Remove the folder if no piece of it was finished."""
         if not any(self._folder.glob(_PIECES)):
+            self.close()  # Windows removes nothing that is open
             clear(self._folder)
 
     def load(self, piece: Piece) -> tuple[int, Tally] | None:

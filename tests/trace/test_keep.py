@@ -1,9 +1,12 @@
 """Finished pieces: whole, of this run, few, and never believed without proof."""
 
+import errno
+import os
 import shutil
 from dataclasses import fields, replace
 
 import numpy as np
+import psutil
 import pytest
 from small import PIECE, many_pieces, same, scene
 
@@ -195,3 +198,36 @@ def test_a_folder_that_vanishes_is_one_line(tmp_path, monkeypatch):
     with pytest.raises(MicrosurfError) as error:
         measure(scene(), workers=1, keep=tmp_path / "parts")
     assert error.value.exit_code == 3
+
+
+@pytest.mark.parametrize("code", [errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP])
+def test_without_locks_a_run_goes_on_with_one_line(tmp_path, monkeypatch, caplog, code):
+    """As on Lustre and NFS. What a killed run leaves behind bars nobody."""
+    fcntl = pytest.importorskip("fcntl")
+
+    def no_locks(*_):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    many_pieces(monkeypatch)
+    measured = measure(scene(), workers=1, keep=tmp_path / "parts")
+    (said,) = caplog.messages
+    assert "has no locks" in said
+    assert "\n" not in said
+    assert same(measure(scene(), workers=1, keep=tmp_path / "parts", resume=True), measured)
+
+
+def test_a_folder_is_removed_only_once_nothing_in_it_is_open(tmp_path, monkeypatch):
+    """Windows refuses to remove an open file."""
+    remove, opened = shutil.rmtree, []
+
+    def watched(path):
+        opened.extend(f.path for f in psutil.Process().open_files() if str(path) in f.path)
+        remove(path)
+
+    monkeypatch.setattr(shutil, "rmtree", watched)
+    monkeypatch.setattr(pieces, "run", lambda _: (_ for _ in ()).throw(ValueError("no")))
+    with pytest.raises(MicrosurfError, match=r"failed \(ValueError: no\)"):
+        measure(scene(), workers=1, keep=tmp_path / "parts")
+    assert not (tmp_path / "parts").exists()
+    assert opened == []
