@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from . import memory
 from .physics import smith, std
 from .physics.facet import mirror
 from .physics.fresnel import reflectance
@@ -61,7 +62,7 @@ def masking_by_slope(
     seed : int
         Same seed, same numbers, whatever the workers.
     workers : int, optional
-        Threads; by default as many as a ThreadPoolExecutor takes.
+        Threads; default one for each core.
 
     Returns
     -------
@@ -90,7 +91,7 @@ def masking_by_slope(
         raise ValueError("a flat scene has no slopes to bin")
     edges = std.slope_quantile(QUANTILES, rough.gamma)
     made = surfaces_of(scene, seed) if surfaces is None else surfaces
-    with ThreadPoolExecutor(workers) as crew:
+    with ThreadPoolExecutor(workers or memory.cores()) as crew:
         seen = [_look(scene, s, edges, seed, r, crew) for r, s in enumerate(made)]
     groups = [np.hstack([s.groups[b] for s in seen]) for b in range(len(edges) - 1)]
     share = np.mean([s.share for s in seen], axis=0)

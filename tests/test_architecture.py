@@ -66,3 +66,13 @@ def test_no_pickle_no_eval(path):
     assert not foreign & {"pickle", "joblib", "shelve", "marshal"}
     assert "eval(" not in text.replace("retrieval(", "")
     assert "allow_pickle=True" not in text
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
+def test_one_file_counts_processors(path):
+    """Those of the machine are not those this process may use: threads ask `memory.cores`."""
+    text = path.read_text(encoding="utf-8")
+    if path.name != "memory.py":
+        assert "cpu_count" not in text
+    assert "ThreadPoolExecutor()" not in text
+    assert "workers=-1" not in text  # scipy counts those of the machine

@@ -1,7 +1,6 @@
 """How microsurf grows: time a path and memory with the mesh, speed with threads."""
 
 import multiprocessing
-import os
 import statistics
 import time
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from bench_rows import Row
 from bench_sides import KD, Ours, peak_bytes
 from tqdm import tqdm
 
-from microsurf import Heightfield, generate_surface
+from microsurf import Heightfield, generate_surface, memory
 
 GAMMA, SIGMA, THETA = 2.0, 0.3, 60.0
 """The hardest of the benchmark's materials: its cliffs grow with the mesh."""
@@ -65,7 +64,7 @@ def with_cells(sizes: tuple[int, ...], paths: int) -> list[Size]:
 
 def with_threads(cells: int, paths: int, turns: int) -> dict[int, float]:
     """Speed-up over one thread for 1, 2, 4 … all cores; medians of turns taken in rotation."""
-    cores = os.cpu_count() or 1
+    cores = memory.cores()
     counts = sorted({*(2**k for k in range(cores.bit_length()) if 2**k <= cores), cores})
     surface = generate_surface(GAMMA, SIGMA, cells=cells, seed=1)
     speeds: dict[int, list[float]] = {count: [] for count in counts}

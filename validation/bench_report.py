@@ -3,7 +3,6 @@
 import csv
 import dataclasses
 import json
-import os
 import platform
 from importlib.metadata import version
 from pathlib import Path
@@ -15,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from microsurf import memory
 from microsurf.files import whole_file
 
 FOLDER = Path(__file__).parents[1] / "reports" / "bench"
@@ -51,7 +51,7 @@ def machine() -> dict[str, str | int]:
                 break
     return {
         "processor": processor,
-        "cores": os.cpu_count() or 1,
+        "cores": memory.cores(),
         "python": platform.python_version(),
         **{name: version(name) for name in PACKAGES},
     }

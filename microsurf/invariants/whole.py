@@ -1,10 +1,10 @@
 """All invariants that are about microsurf and not about one scene: `global_invariants`."""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 
 from tqdm import tqdm
 
+from .. import memory
 from ..trace import pieces
 from .area import projected_area
 from .furnace import furnaces
@@ -33,7 +33,7 @@ def global_invariants(
 
     """
     pieces.compiled()
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(workers or memory.cores()) as pool:
         steps = (
             lambda: furnaces(pool, seed, workers),
             lambda: reciprocity(pool, seed),

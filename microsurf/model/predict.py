@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .. import result
+from .. import memory, result
 from ..errors import InputError
 from ..physics import facet
 from ..scene import Scene
@@ -58,7 +58,7 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
     def at(angles: tuple[float, float]) -> tuple[Array, tuple[float, float]]:
         return _bins(scene, facets, *np.radians(angles))
 
-    with ThreadPoolExecutor() as pool:
+    with ThreadPoolExecutor(memory.cores()) as pool:
         found = list(pool.map(at, product(thetas, own_phis)))
     for k, (bins, error) in enumerate(found):
         t, p = divmod(k, len(own_phis))

@@ -6,7 +6,6 @@ walks of an order is what the slopes change; its error is that of the small weig
 tenth of what two walks of their own would leave.
 """
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
@@ -14,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .. import result
+from .. import memory, result
 from ..scene import Scene
 from .directions import direction
 from .realised import Slopes
@@ -72,7 +71,7 @@ def order_change(
         return _walk(size, angles[place[0]], most, laws, rng)
 
     places = list(product(range(len(angles)), range(BATCHES)))
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(workers or memory.cores()) as pool:
         found = list(pool.map(batch, places))
     events = max(flux.shape[1] for flux, _ in found)
     shape = (BATCHES, len(scene.light.theta), len(scene.light.phi))

@@ -4,7 +4,6 @@ smith-walk: among facets of independent heights (Heitz et al., ACM TOG 35(4), 20
 vcavity-walk: between both facets of a groove. Neither has a cap on its events.
 """
 
-import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
@@ -14,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from .. import result
+from .. import memory, result
 from ..errors import InputError
 from ..scene import Scene
 from . import flat
@@ -83,7 +82,7 @@ def walk(
     begin = time.perf_counter()
     if not scene.requires.roughness:
         return _flat(scene, kind, begin)
-    workers = workers or os.cpu_count() or 1
+    workers = workers or memory.cores()
     rough = scene.roughness
     law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
     facet = facet_of(scene, max(scene.material.kd))

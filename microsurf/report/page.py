@@ -1,7 +1,6 @@
 """report.html, one self-contained file, and what lies beside it."""
 
 import base64
-import os
 import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import Any
 
 import jinja2
 
-from .. import precision, summary
+from .. import memory, precision, summary
 from ..files import whole_file
 from ..invariants import Invariant
 from ..validate import Validation
@@ -168,7 +167,7 @@ def _signed(value: float, digits: int) -> str:
 
 def _machine() -> str:
     """On what it ran, without its name."""
-    return f"{platform.system()} {platform.machine()}, {os.cpu_count()} CPUs"
+    return f"{platform.system()} {platform.machine()}, {memory.cores()} CPUs"
 
 
 def _size(folder: Path) -> int:

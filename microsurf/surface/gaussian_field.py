@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.optimize import brentq
 
+from .. import memory
+
 Array = NDArray[np.float64]
 
 _ALIASES = 2  # spectra folded at ±1, ±2 sampling frequencies: exact to e^−15 for L ≥ ½
@@ -73,6 +75,6 @@ def gaussian_field(
         for i, j in ((i, j) for i in reach for j in reach if (i, j) != (0, 0)):
             power += np.exp(log_power(kx + 2 * np.pi * i, ky + 2 * np.pi * j) - top)
         power[0, 0] = 0.0
-    noise = fft.rfft2(rng.standard_normal(shape), workers=-1)
+    noise = fft.rfft2(rng.standard_normal(shape), workers=memory.cores())
     noise *= np.sqrt(power)
-    return np.asarray(fft.irfft2(noise, shape, workers=-1))
+    return np.asarray(fft.irfft2(noise, shape, workers=memory.cores()))

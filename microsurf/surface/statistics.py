@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.stats import rankdata
 
+from .. import memory
 from ..errors import InputError
 from ..physics import std
 from .heightfield import Heightfield, facet_slopes, mesh
@@ -183,8 +184,8 @@ def _correlation(a: Array, b: Array) -> float | None:
 def _correlation_lengths(h: Heightfield) -> tuple[float | None, float | None]:
     """1/e lengths in cells of the heights' autocorrelation along x and y, over one period."""
     heights = mesh(h).heights
-    power = np.abs(fft.rfft2(heights, workers=-1)) ** 2
-    covariance = fft.irfft2(power, heights.shape, workers=-1)
+    power = np.abs(fft.rfft2(heights, workers=memory.cores())) ** 2
+    covariance = fft.irfft2(power, heights.shape, workers=memory.cores())
     return _first_crossing(covariance[0]), _first_crossing(covariance[:, 0])
 
 

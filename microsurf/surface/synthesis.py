@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from .. import __version__
+from .. import __version__, memory
 from ..errors import InputError
 from ..physics import std
 from ..scene import MAX_CELLS, STRUCTURES
@@ -249,14 +249,14 @@ def _integrate(p: Array, q: Array, step_x: Array, step_y: Array, laplacian: Arra
     """Heights nearest to the facet slopes (p/σ_x, q/σ_y); each edge takes its two facets' mean."""
     edge_x = p[0] + np.roll(p[1], 1, axis=0)
     edge_x *= 0.5
-    spectrum = fft.rfft2(edge_x, workers=-1)
+    spectrum = fft.rfft2(edge_x, workers=memory.cores())
     del edge_x
     spectrum *= np.conj(step_x)
     edge_y = q[1] + np.roll(q[0], 1, axis=1)
     edge_y *= 0.5
-    other = fft.rfft2(edge_y, workers=-1)
+    other = fft.rfft2(edge_y, workers=memory.cores())
     del edge_y
     other *= np.conj(step_y)
     spectrum += other
     spectrum /= laplacian
-    return np.asarray(fft.irfft2(spectrum, p.shape[1:], workers=-1, overwrite_x=True))
+    return np.asarray(fft.irfft2(spectrum, p.shape[1:], workers=memory.cores(), overwrite_x=True))

@@ -1,7 +1,6 @@
 """Ray-trace the surfaces of a scene: the measurement, with its errors and its losses."""
 
 import math
-import os
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
@@ -12,6 +11,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from .. import memory
 from ..errors import MicrosurfError
 from ..scene import Scene
 from ..surface import Heightfield, surface_of
@@ -84,7 +84,7 @@ def measure(
         what was finished is kept.
 
     """
-    workers = workers or os.cpu_count() or 1
+    workers = workers or memory.cores()
     if surfaces is None and scene.surface.file is not None:
         surfaces = [surface_of(scene, seed, 0)]  # workers elsewhere may not have the file
     sources = None
