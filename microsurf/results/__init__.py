@@ -1,0 +1,1 @@
+"""Results and measurements as labelled data."""
