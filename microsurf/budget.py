@@ -118,7 +118,7 @@ def cases_of(
     later = None
     if scene.requires.multiple_scattering and predicted[1] is not None:
         later = order_change(scene, slopes, walks=walks, seed=seed).change
-    lost = summary.lost_paths(measured).values
+    lost = summary.lost_light(measured).values
     alone = measured.sizes["realisation"] == 1  # of several their spread is the error
     cases = {}
     for t, theta in enumerate(scene.light.theta):

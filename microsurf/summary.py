@@ -83,10 +83,21 @@ def standard_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.Da
     return xr.DataArray(spread / np.sqrt(count))
 
 
-def lost_paths(dataset: xr.Dataset) -> xr.DataArray:
-    """Fraction of paths lost, by theta_i and phi_i."""
+def lost_light(dataset: xr.Dataset) -> xr.DataArray:
+    """Fraction of the light that ended with lost paths, by theta_i and phi_i."""
     lost = dataset.ended.isel(cause=dataset.lost.values).sum(("cause", "realisation"))
     return xr.DataArray(lost / dataset.paths.sum("realisation"))
+
+
+def lost_paths(dataset: xr.Dataset) -> xr.DataArray:
+    """Fraction of paths lost, by theta_i and phi_i; they may have carried hardly any light."""
+    lost = _ended_paths(dataset).isel(cause=dataset.lost.values).sum(("cause", "realisation"))
+    return xr.DataArray(lost / dataset.paths.sum("realisation"))
+
+
+def _ended_paths(dataset: xr.Dataset) -> xr.DataArray:
+    """Paths by the cause of their end; those of a walk all carry the same light."""
+    return dataset["ended_paths" if "ended_paths" in dataset else "ended"]
 
 
 def _listed(values: list[Any]) -> Any:
@@ -126,11 +137,11 @@ def figures(dataset: xr.Dataset, n: float, kds: tuple[float, ...]) -> dict[str, 
 
 
 def losses(dataset: xr.Dataset) -> dict[str, Any]:
-    """Fraction of paths lost at each angle, and paths lost by cause."""
-    ended = dataset.ended_paths if "ended_paths" in dataset else dataset.ended
-    total = ended.sum(("realisation", "theta_i", "phi_i"))
+    """Fractions of paths and of light lost at each angle, and paths lost by cause."""
+    total = _ended_paths(dataset).sum(("realisation", "theta_i", "phi_i"))
     return {
         "lost": _listed(lost_paths(dataset).values.ravel().tolist()),
+        "lost_light": _listed(lost_light(dataset).values.ravel().tolist()),
         "lost_by_cause": {
             str(cause): int(total.sel(cause=cause)) for cause in dataset.cause.values[dataset.lost]
         },

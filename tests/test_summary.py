@@ -144,4 +144,26 @@ def test_losses_by_hand():
     data = data.assign_coords(
         cause=["absorbed", "below", "behind"], lost=("cause", [False, True, True])
     )
-    assert summary.losses(data) == {"lost": 7 / 200, "lost_by_cause": {"below": 1, "behind": 6}}
+    # Of a walk, whose paths all carry the same light.
+    assert summary.losses(data) == {
+        "lost": 7 / 200,
+        "lost_light": 7 / 200,
+        "lost_by_cause": {"below": 1, "behind": 6},
+    }
+
+
+@pytest.mark.parametrize("light", [0.0, 1e-9, 5.0])
+def test_paths_lost_are_paths_whatever_light_they_carried(light):
+    """`lost` is the sum of `lost_by_cause` over all paths; the light has a figure of its own."""
+    data = one_bin(np.zeros((2, 1, 1)), paths=100)
+    dims = ("realisation", "theta_i", "phi_i", "cause")
+    data["ended"] = (dims, np.array([[[[50.0, 0.0, light]]], [[[60.0, 0.0, 0.0]]]]))
+    data["ended_paths"] = (dims, np.array([[[[50, 0, 3]]], [[[60, 0, 2]]]]))
+    data = data.assign_coords(
+        cause=["absorbed", "below", "wrapped"], lost=("cause", [False, True, True])
+    )
+    assert summary.losses(data) == {
+        "lost": 5 / 200,
+        "lost_light": light / 200,
+        "lost_by_cause": {"below": 0, "wrapped": 5},
+    }

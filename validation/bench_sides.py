@@ -105,7 +105,7 @@ class Ours:
             light_rays=round(rays),
             paths=round(float(found.paths.sum())),
             seconds=float(found.attrs["seconds"]),
-            lost=rays * float(self._summary.lost_paths(found).mean()),
+            lost=rays * float(self._summary.lost_light(found).mean()),
             embree_ratio=float(found.attrs["embree_ratio"]),
         )
 
@@ -115,7 +115,7 @@ class Ours:
         energy = self._result.by_kind(found.flux, N, kd).isel(realisation=0, phi_i=0)
         energy = energy.reindex(order=list(self._result.ORDERS), fill_value=0.0)
         flux = energy.transpose("theta_i", "order", "kind", "theta_o", "phi_o").values
-        lost = self._summary.lost_paths(found).isel(phi_i=0).values
+        lost = self._summary.lost_light(found).isel(phi_i=0).values
         rays = float(found.light_rays.sum()) / len(thetas)
         return Batch(np.asarray(flux), np.asarray(lost), rays)
 

@@ -58,7 +58,7 @@ def traced(seed: int, workers: int | None) -> Invariant:
     for scene in explicit_scenes():
         measured = measure(scene, seed=seed, workers=workers)
         total = summary.quantity(measured, "total", scene.material.n, scene.material.kd[0])
-        away = summary.lost_paths(measured)
+        away = summary.lost_light(measured)
         gaps.append(float(np.abs(total.isel(realisation=0) + away - 1).max()))
         lost += float(measured.ended_paths.isel(cause=measured.lost.values).sum())
         paths += float(measured.paths.sum())

@@ -183,6 +183,6 @@ def test_books_close_on_3e6_paths(gamma, n):
         )
         measured = measure(asked)
         albedo = summary.quantity(measured, "total", n, 1.0).isel(realisation=0)
-        lost = summary.lost_paths(measured)
-        assert float(np.abs(albedo + lost - 1).max()) <= 1e-12
-        assert int((lost * 3_000_000).sum()) <= (0 if gamma >= 2 else 30)
+        lost = summary.losses(measured)
+        assert float(np.abs(albedo + summary.lost_light(measured) - 1).max()) <= 1e-12
+        assert sum(lost["lost_by_cause"].values()) <= (0 if gamma >= 2 else 30)
