@@ -4,16 +4,21 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from . import budget as budgets
 from . import invariants, left_out, model, summary, verdict
+from .fitted_theory import fit_as_json, fitted_scene, guarded, prepare
 from .frontier import frontier_of
 from .masking import masking_by_slope
 from .refinement import refine
-from .scene import BECKMANN, Scene
-from .surface import Heightfield, StdFit, fit_std, surface_statistics, surfaces_of
+from .scene import Scene
+from .surface import (
+    Heightfield,
+    StdFit,
+    surface_statistics,
+    surfaces_of,
+)
 from .trace import measure
 from .tradeoff import Tradeoff
 
@@ -48,6 +53,8 @@ class Validation:
         Of its facet slopes, see `surface.surface_statistics`.
     fit : StdFit or None
         STD fitted to a surface that was not generated.
+    notes : list of str
+        What is assumed of a surface from a file, and what hints at a mistake in it.
     left_out : list of dict
         What the effects that the scene leaves out cost, see `left_out.cost`.
     budget : list of Budget
@@ -84,6 +91,7 @@ class Validation:
     seconds: float = 0.0
     trial: verdict.Trial | None = None
     faults: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     @property
     def broken(self) -> list[str]:
@@ -100,18 +108,21 @@ def validate_scene(
     progress: bool = False,
     refined: bool = False,
     surface_paths: int | None = None,
+    prepared: tuple[StdFit | None, list[str]] | None = None,
 ) -> Validation:
     """Measure, predict and compare one scene.
 
     A surface that comes from a file is compared with the STD fitted to its facet
     slopes by maximum likelihood. ``refined``: what mesh and tile leave is measured too,
     on a dozen more surfaces, masking by facet slope, and what the models cost.
-    ``surface_paths``: see `measure`.
+    ``surface_paths``: see `measure`. ``prepared``: what `prepare` gave, if it was asked.
     """
     begin = time.perf_counter()
     surfaces = None
     if scene.requires.roughness and not _grows(scene):
         surfaces = list(surfaces_of(scene, seed))
+    fit, notes = prepared or prepare(scene)
+    theory = scene if fit is None else fitted_scene(scene, fit)
     measured = measure(
         scene,
         surfaces,
@@ -124,10 +135,6 @@ def validate_scene(
         count = measured.sizes["realisation"]  # as many as the error took
         taken = replace(scene, surface=replace(scene.surface, realisations=count))
         surfaces = list(surfaces_of(taken, seed))
-    fit, theory = None, scene
-    if scene.surface.file is not None and surfaces:
-        fit = fit_std(surfaces[0])
-        theory = fitted_scene(scene, fit)
     predicted, seconds = {}, {}
     for key in _models(scene):
         clock = time.process_time()
@@ -160,12 +167,15 @@ def validate_scene(
         made = {key: (predicted[key], spent) for key, spent in seconds.items()}
         frontier = frontier_of(theory, measured, made, seed=seed)
     roughness = theory.roughness
+    comparisons = verdict.compare(measured, first, theory, predicted.get(WALK))
+    if fit is not None:
+        comparisons = guarded(comparisons, fit)
     return Validation(
         name=name,
         scene=theory,
         measured=measured,
         predicted=predicted,
-        comparisons=verdict.compare(measured, first, theory, predicted.get(WALK)),
+        comparisons=comparisons,
         invariants=invariants.scene_invariants(
             measured, predicted, surfaces or [], theory.material
         ),
@@ -176,6 +186,7 @@ def validate_scene(
         if surfaces
         else {},
         fit=fit,
+        notes=notes,
         left_out=left_out.cost(
             scene, measured, surfaces, seed=seed, workers=workers, progress=progress
         ),
@@ -193,12 +204,6 @@ def _grows(scene: Scene) -> bool:
 
 def _models(scene: Scene) -> tuple[str, ...]:
     return MODELS if scene.requires.roughness else ("flat",)
-
-
-def fitted_scene(scene: Scene, fit: StdFit) -> Scene:
-    """The scene with the roughness fitted to its surface in place of the stated one."""
-    gamma = min(fit.gamma, BECKMANN)
-    return replace(scene, roughness=replace(scene.roughness, gamma=gamma, sigma=(fit.sigma,)))
 
 
 def as_json(entry: Validation) -> dict[str, Any]:
@@ -223,21 +228,11 @@ def as_json(entry: Validation) -> dict[str, Any]:
             for key, prediction in entry.predicted.items()
         },
         "surface": entry.statistics,
-        "fit": None if entry.fit is None else _finite(vars(entry.fit)),
+        "fit": None if entry.fit is None else fit_as_json(entry.fit),
+        "notes": entry.notes,
         "left_out": entry.left_out,
         "budget": budgets.rows(entry.budget),
         "masking": entry.masking,
         "trial": None if entry.trial is None else entry.trial.as_json(),
         "seconds": entry.seconds,
     }
-
-
-def _finite(values: dict[str, Any]) -> dict[str, Any]:
-    """JSON has no ∞: a fitted γ without bound becomes the text "inf"."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return [plain(v) for v in value]
-        return "inf" if isinstance(value, float) and np.isinf(value) else value
-
-    return {key: plain(value) for key, value in values.items()}

@@ -417,6 +417,31 @@ def test_a_surface_from_a_file_takes_no_recipe(refused, option):
     refused("measure", "scene.toml", *option, names=(option[0], "h.npy", "leave it out"))
 
 
+def test_what_a_file_leaves_open_is_said(run):
+    """On stderr before tracing, also with --json, where it is `notes` too."""
+    made = ("surface", "--gamma", "2", "--sigma", "0.5", "--cells", "64", "--seed", "3")
+    ran = run(*made, "--spacing", "0.1", "--out", "h.npy")
+    assert "h.npy: bare heights, their spacing is not in the file" in ran.err
+    assert run(*made, "--spacing", "0.1", "--out", "h.npz").err == ""
+    traced = ("measure", "--paths", "500", "--theta", "30", "--json", "--surface")
+    ran = run(*traced, "h.npy")
+    assert ran.code == 0
+    assert "taken as spacing 1 in the unit of its heights and periodic" in ran.err
+    assert f"microsurf: note: {json.loads(ran.out)['notes'][0]}\n" in ran.err
+    ran = run(*traced, "h.npz")
+    assert "taken as" not in ran.err
+
+
+def test_heights_in_another_unit_are_refused(run, refused):
+    run("surface", "--gamma", "2", "--sigma", "0.5", "--cells", "16", "--out", "h.npy")
+    np.save("h.npy", np.load("h.npy") * 1e-8)
+    names = ("h.npy", "median slope", "5e-07 … 2000", "same unit")
+    refused("measure", "--surface", "h.npy", names=names)
+    Path("scene.toml").write_text('[surface]\nfile = "h.npy"\n')
+    refused("validate", "scene.toml", names=names)
+    refused("convergence", "scene.toml", names=names)
+
+
 def test_the_roughness_of_a_file_is_not_guessed(run, refused):
     np.save("h.npy", np.zeros((4, 4)))
     Path("scene.toml").write_text('[surface]\nfile = "h.npy"\n[light]\ntheta = [60]\n')

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from microsurf import validate
+from microsurf.errors import InputError
 from microsurf.expectation import Expectation
 from microsurf.scene import (
     Accuracy,
@@ -122,6 +123,43 @@ def test_a_surface_from_a_file_is_compared_with_its_fit(tmp_path):
     document = validate.as_json(entry)
     json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
     assert document["fit"]["pixel"] == 1.0
+
+
+def test_no_verdict_of_a_lay_is_about_the_theory(tmp_path):
+    """σ = (0.1, 0.5): an isotropic fit departs by 40 %, which says nothing about STD."""
+    path = tmp_path / "h.npy"
+    write_surface(generate_surface(2.0, 0.1, 0.5, cells=128, seed=4), path)
+    holds = {"specular": Expectation(("holds",))}
+    asked = replace(TINY, surface=Surface(file=str(path)), light=Light((60.0,)), expect=holds)
+    entry = validate.validate_scene("lay", asked)
+    assert {row.verdict for row in entry.comparisons} == {"undecided"}
+    assert all("isotropic" in row.why for row in entry.comparisons)
+    # What a scene expects of the theory was not shown: that is said, not passed over.
+    assert [row.unexpected for row in entry.comparisons if row.quantity == "specular"] == [True]
+    assert not any(row.unexpected for row in entry.comparisons if row.quantity != "specular")
+    assert any("have a direction: σ at azimuth 90°" in note for note in entry.notes)
+    document = validate.as_json(entry)
+    assert document["fit"]["anisotropy"]["directed"] is True
+    json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
+
+
+@pytest.mark.parametrize(
+    ("heights", "names"),
+    [
+        (lambda h: h * 1e-9, ("median slope", "same unit")),
+        (lambda h: h * (np.arange(64) > 20)[:, None], ("flat", "plateau")),
+        (lambda h: h * (np.arange(64) > 7)[:, None], ("fit γ = 1.", "> 1.5", "flat")),
+    ],
+)
+def test_a_file_without_a_theory_is_refused_before_tracing(tmp_path, monkeypatch, heights, names):
+    path = tmp_path / "h.npy"
+    made = generate_surface(1.75, 0.5, cells=64, seed=1)
+    write_surface(Heightfield(heights(made.heights)), path)
+    monkeypatch.setattr(validate, "measure", lambda *_, **__: pytest.fail("traced"))
+    with pytest.raises(InputError) as found:
+        validate.validate_scene("file", replace(TINY, surface=Surface(file=str(path))))
+    for name in ("h.npy", *names):
+        assert name in str(found.value)
 
 
 def test_a_beckmann_fit_is_written_as_inf(tmp_path):

@@ -12,7 +12,8 @@ from ..convergence_steps import EFFORTS
 from ..report import make_folder
 from ..report.convergence_plot import draw
 from ..scene import Scene
-from .options import PATH, as_json, beyond, check_from_file, check_tail, seed, workers
+from ..surface import notes_on_file
+from .options import PATH, as_json, beyond, check_from_file, check_tail, say, seed, workers
 from .output import show, write
 from .save import rounded, save_study
 
@@ -72,6 +73,7 @@ def _check(asked: Scene, most: int) -> None:
     """Refuse what would not fit, and a file that is not there, before any work."""
     if asked.surface.file is not None:
         check_from_file(asked, {})
+        say(notes_on_file(asked))
     elif asked.requires.roughness:
         cells = max(most, asked.surface.cells)
         memory.require(cells**2, memory.TRACE_BYTES_PER_CELL, "surface.cells")

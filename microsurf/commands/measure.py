@@ -14,6 +14,7 @@ from ..cluster import Crew, connected
 from ..errors import InputError, MicrosurfError
 from ..files import check_writable
 from ..scene import Scene
+from ..surface import notes_on_file
 from ..trace import keep, measure
 from .options import (
     PATH,
@@ -29,6 +30,7 @@ from .options import (
     light,
     material,
     roughness,
+    say,
     seed,
     with_mesh_chosen,
     workers,
@@ -77,7 +79,7 @@ def measure_command(
         check_described(scene_file, given)
     asked = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
     check_from_file(asked, given)
-    stated = check_tail(asked, beyond)
+    stated = {**check_tail(asked, beyond), **say(notes_on_file(asked))}
     memory.require_lobes(asked.surface.realisations, asked.light.angles)
     parts = None
     if out is not None:

@@ -130,6 +130,13 @@ def check_from_file(asked: Scene, given: dict[str, Any]) -> None:
         )
 
 
+def say(notes: list[str]) -> dict[str, list[str]]:
+    """Say notes on stderr, also for --json; as what is printed of them there."""
+    for note in notes:
+        click.echo(f"microsurf: note: {note}", err=True)
+    return {"notes": notes} if notes else {}
+
+
 def check_tail(asked: Scene, beyond: bool) -> dict[str, str]:
     """Refuse what no mesh can hold, or say on stderr what it leaves out; also for --json."""
     left_out = border.tail_left_out(asked)

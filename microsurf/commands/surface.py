@@ -8,7 +8,7 @@ import click
 
 from .. import memory, surface
 from ..files import check_writable
-from .options import PATH, as_json, beyond, check_tail, compose, generated, seed
+from .options import PATH, as_json, beyond, check_tail, compose, generated, say, seed
 from .output import check_ending, show
 
 _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "iterations")
@@ -30,7 +30,7 @@ def make_surface(as_json: bool, seed: int, out: Path, beyond: bool, **given: Any
     Example: microsurf surface --gamma 2 --sigma 0.5 --seed 7 --out ggx.npz
     """
     wanted = compose(None, **given)
-    stated = check_tail(wanted, beyond)
+    stated: dict[str, Any] = dict(check_tail(wanted, beyond))
     check_ending(out, *surface.ENDINGS)
     check_writable(out)
     memory.require(wanted.surface.cells**2, memory.SURFACE_BYTES_PER_CELL, "--cells")
@@ -47,6 +47,7 @@ def make_surface(as_json: bool, seed: int, out: Path, beyond: bool, **given: Any
     )
     seconds = time.perf_counter() - begin
     surface.write_surface(made, out)
+    stated |= say(_not_held(out, wanted.surface.spacing))
     rough = wanted.roughness
     realised = surface.surface_statistics(made, rough.gamma, rough.sigma_x, rough.sigma_y)
     realised["realised_correlation"] = realised.pop("correlation")
@@ -61,3 +62,11 @@ def make_surface(as_json: bool, seed: int, out: Path, beyond: bool, **given: Any
         },
         as_json,
     )
+
+
+def _not_held(out: Path, spacing: float | None) -> list[str]:
+    """What a file of bare heights does not say."""
+    if out.suffix.lower() != ".npy" or spacing in (None, 1.0):
+        return []
+    text = "bare heights, their spacing is not in the file: read it with --spacing"
+    return [f"{out}: {text} {spacing!r}, or write .npz"]

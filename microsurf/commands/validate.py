@@ -9,11 +9,13 @@ import click
 
 from .. import baseline, expectation, memory, model, precision, report, trial
 from ..errors import InputError
+from ..fitted_theory import prepare
 from ..invariants import global_invariants
 from ..plan import Plan
 from ..report import sections, stability_section
 from ..scene import Scene
 from ..stability import survey
+from ..surface import StdFit
 from ..validate import Validation, validate_scene
 from .options import (
     PATH,
@@ -23,6 +25,7 @@ from .options import (
     check_tail,
     compose,
     dry_run,
+    say,
     seed,
     with_mesh_chosen,
     workers,
@@ -103,6 +106,7 @@ def validate_command(
         check_tail(asked, beyond)
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
+    prepared = _prepared(scenes)
     if dry_run:
         plans = _plans(scenes, seed, workers)
         click.echo(_ON_TOP, err=True)
@@ -121,6 +125,7 @@ def validate_command(
             workers=workers,
             progress=True,
             refined=refined,
+            prepared=prepared[name],
             surface_paths=plans[name].scene.accuracy.paths if name in plans else None,
         )
         results.append(entry if own is None else trial.judge(entry, own, broken[name]))
@@ -155,6 +160,14 @@ def validate_command(
         click.echo(f"unexpected: {line}", err=True)
     if unexpected:
         sys.exit(1)
+
+
+def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:
+    """What there is to say and to refuse of surfaces from files, before any is traced."""
+    found = {name: prepare(asked) for name, asked in scenes.items()}
+    for _, notes in found.values():
+        say(notes)
+    return found
 
 
 def _costs(plans: dict[str, Plan]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ _LEGEND = (
     "lies within the margin; *departs*: all of it outside. Departing is no error unless the "
     "scene expects otherwise."
 )
-_LINES = {"unexpected": 60, "moved": 40, "trial": 40, "scenes": 100}
+_LINES = {"unexpected": 60, "notes": 20, "moved": 40, "trial": 40, "scenes": 100}
 """Rows of each table, so that the longest possible is below LONGEST."""
 
 
@@ -36,6 +36,7 @@ def to_markdown(document: Row) -> str:
             "Figures and intervals: [report.html](report.html)."
         ),
         _unexpected(scenes),
+        _notes(scenes),
         _moved(document.get("baseline")),
         _trial(scenes),
         _scenes(scenes),
@@ -66,6 +67,12 @@ def _unexpected(scenes: list[Row]) -> str:
     columns = ("scene", "quantity", "verdict", "effect", "margin", "why")
     parts = [_table(columns, verdicts, len(bad)), _list(broken, len(texts))]
     return "\n\n".join(part for part in parts if part)
+
+
+def _notes(scenes: list[Row]) -> str:
+    """What is to be known of the scenes' files."""
+    found = [f"- {_link(s)}: {_escaped(text)}" for s in scenes for text in s.get("notes", ())]
+    return _list(found[: _LINES["notes"]], len(found))
 
 
 def _moved(baseline: Row | None) -> str:

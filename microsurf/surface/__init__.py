@@ -1,15 +1,17 @@
 """Explicit microgeometry: heightfields, made, read, levelled, described and fitted."""
 
+from .anisotropy import Anisotropy
 from .files import ENDINGS, read_surface, write_surface
 from .fit import StdFit, fit_std
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
 from .level import level
-from .of_scene import realisation_seed, surface_of, surfaces_of
+from .of_scene import notes_on_file, realisation_seed, surface_of, surfaces_of
 from .statistics import surface_statistics
 from .synthesis import from_recipe, generate_surface
 
 __all__ = [
     "ENDINGS",
+    "Anisotropy",
     "Heightfield",
     "Mesh",
     "StdFit",
@@ -20,6 +22,7 @@ __all__ = [
     "generate_surface",
     "level",
     "mesh",
+    "notes_on_file",
     "read_surface",
     "realisation_seed",
     "surface_of",

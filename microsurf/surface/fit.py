@@ -5,6 +5,10 @@ Isotropic: per facet, −ln f = ln πσ² + γ ln(1 + η x), x = |slope|²/σ²,
 profile likelihood is followed in η and γ = ∞ is an inner value of the search's
 closed range and not a limit to run after.
 
+A share f₀ of facets that do not slope is a point mass: beyond η = (1−f₀)/f₀ the
+likelihood grows without bound as σ falls. What is found is the highest maximum inside;
+without one there is no fit.
+
 Facets of one surface are far from independent: the intervals come from a sandwich
 estimator (White, Econometrica 50(1), 1982) with scores summed over tiles of the
 surface, each of which is taken as one observation. They hold for surfaces whose
@@ -18,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from ..errors import InputError
+from .anisotropy import Anisotropy, anisotropy_of
 from .heightfield import Heightfield, facet_slopes
 from .statistics import ks_distance
 
@@ -27,6 +32,11 @@ _TILES = 8  # a side: 64 observations for the covariance of two parameters
 _MIN_FACETS = 2 * _TILES**2
 _NORMAL_95 = 1.959963984540054
 _MAX_ETA = 20.0  # γ = 1.05: beyond, no mean slope for a mesh to show
+_FLAT = 1e-6
+"""Of the median slope: STD has one facet in 1e12 below, so what lies there does not slope."""
+_SAME = 1e-9  # relative: differences of heights round so
+_SEARCH = 24
+"""Values of 1/γ at which the profile is looked at first: it may have several minima."""
 _BECKMANN_ETA = 1e-3
 """Smallest 1/(γ−1) told from Beckmann: KS between the two is then below 3e−4."""
 
@@ -40,7 +50,9 @@ class StdFit:
     distance of the facets to the fit, in-sample. A fit depends on scale, so it
     states pixel = the spacing, shortest = 2 pixels and longest = the longer side,
     wavelengths in the user's unit; facets is their number, effective_facets that
-    of independent ones that would know σ as well.
+    of independent ones that would know σ as well. flat is the share of facets without
+    slope, which no STD has: a plateau, a filled gap, a coarse step of heights.
+    anisotropy tells whether the slopes have a direction; then no isotropic STD fits.
     """
 
     gamma: float
@@ -53,6 +65,8 @@ class StdFit:
     longest: float
     facets: int
     effective_facets: float
+    flat: float
+    anisotropy: Anisotropy
 
 
 def fit_std(h: Heightfield) -> StdFit:
@@ -61,26 +75,34 @@ def fit_std(h: Heightfield) -> StdFit:
     Raises
     ------
     InputError
-        If there are fewer than 128 facets, or half of them do not slope at all: a
-        point mass has no density.
+        If there are fewer than 128 facets, half of them do not slope at all, or the
+        likelihood has no maximum, which flat facets and tails below γ = 1.05 cause.
 
     """
     p, q = facet_slopes(h)
     slope2 = p**2 + q**2
     if slope2.size < _MIN_FACETS:
         raise InputError(f"{slope2.size} facets: a fit needs {_MIN_FACETS}; take a larger surface")
-    sloping = int(np.count_nonzero(slope2))
-    if sloping <= slope2.size // 2:
+    slope2[slope2 <= _FLAT**2 * np.median(slope2)] = 0.0
+    flat = int(np.count_nonzero(slope2 == 0))
+    if flat >= slope2.size // 2:
+        raise InputError(_too_flat(flat, slope2.size))
+    if np.ptp(slope2) <= _SAME * slope2.max():
         raise InputError(
-            f"{slope2.size - sloping} of {slope2.size} facets are exactly flat: no STD fits; "
-            "the heights may be quantised too coarsely"
+            f"all facets slope by {np.sqrt(slope2.max()):.4g}: no STD fits; level the surface"
         )
-    eta, log_variance = _maximise(slope2.ravel())
+    eta, log_variance = _maximise(slope2.ravel(), flat)
     covariance, naive = _covariances(slope2, eta, log_variance)
     sigma = float(np.exp(log_variance / 2))
     reach_eta, reach_log = _NORMAL_95 * np.sqrt(np.diagonal(covariance))
     rho = np.sqrt(np.sort(slope2, axis=None)) / sigma
     gamma = _gamma(eta)
+    effective = slope2.size * naive[1, 1] / covariance[1, 1] if covariance[1, 1] > 0 else np.nan
+    if not np.isfinite([sigma, reach_eta, reach_log, effective]).all():
+        raise InputError(
+            f"γ = {gamma:.4g}, σ = {sigma:.4g}: their likelihood gives no interval, so these are "
+            "no fit; take a larger surface"
+        )
     return StdFit(
         gamma=gamma,
         gamma_ci=(_gamma(eta + reach_eta), _gamma(eta - reach_eta)),
@@ -91,7 +113,9 @@ def fit_std(h: Heightfield) -> StdFit:
         shortest=2 * h.spacing,
         longest=max(h.heights.shape) * h.spacing,
         facets=slope2.size,
-        effective_facets=float(slope2.size * naive[1, 1] / covariance[1, 1]),
+        effective_facets=float(effective),
+        flat=flat / slope2.size,
+        anisotropy=anisotropy_of(p, q, eta),
     )
 
 
@@ -99,8 +123,22 @@ def _gamma(eta: float) -> float:
     return float(1 + 1 / eta) if eta > _BECKMANN_ETA else float("inf")
 
 
-def _maximise(slope2: Array) -> tuple[float, float]:
-    """Return η in [0, 20] and ln σ² of the highest likelihood."""
+def _too_flat(flat: int, facets: int) -> str:
+    return (
+        f"{flat} of {facets} facets ({flat / facets:.1%}) are flat: no STD fits; there may be a "
+        "plateau, a filled gap or a coarse step of heights. Cut it out, or measure heights finer"
+    )
+
+
+def _maximise(slope2: Array, flat: int) -> tuple[float, float]:
+    """Return η and ln σ² of the highest likelihood that is a maximum; ``flat`` facets have none.
+
+    Raises
+    ------
+    InputError
+        If it only rises towards the end of the range of η.
+
+    """
     # A start for the inner search; the next is the solution at the last η.
     start = [float(np.log(np.mean(slope2)))]
 
@@ -108,8 +146,26 @@ def _maximise(slope2: Array) -> tuple[float, float]:
         start[0] = _best_log_variance(slope2, eta, start[0])
         return start[0] + float(np.mean(_kernel(slope2 * np.exp(-start[0]), eta)))
 
+    # With flat facets short of where the inner equation has no solution any more.
+    top = min(_MAX_ETA, 0.999 * (slope2.size - flat) / flat) if flat else _MAX_ETA
+    inverse_gammas = np.linspace(0, top / (1 + top), _SEARCH)
+    etas = inverse_gammas / (1 - inverse_gammas)
+    values = np.array([negative(eta) for eta in etas])
+    inner = np.flatnonzero(values[:-1] < np.minimum(values[1:], np.append(np.inf, values[:-2])))
+    if inner.size == 0:
+        raise InputError(
+            _too_flat(flat, slope2.size)
+            if top < _MAX_ETA
+            else f"the slopes' tail is heavier than any with γ > {1 + 1 / _MAX_ETA:.3g}: no STD "
+            "fits; there may be spikes in the heights. Take them out"
+        )
+    best = int(inner[np.argmin(values[inner])])
+    start[0] = _best_log_variance(slope2, etas[best], float(np.log(np.mean(slope2))))
     found = minimize_scalar(
-        negative, bounds=(0.0, _MAX_ETA), method="bounded", options={"xatol": 1e-6}
+        negative,
+        bounds=(etas[max(best - 1, 0)], etas[best + 1]),
+        method="bounded",
+        options={"xatol": 1e-6},
     )
     eta = float(found.x)
     return eta, _best_log_variance(slope2, eta, start[0])
@@ -123,7 +179,8 @@ def _kernel(x: Array, eta: float) -> Array:
 def _best_log_variance(slope2: Array, eta: float, start: float) -> float:
     """Return ln σ² at which the mean of (1+η) x/(1+ηx) is 1, by Newton's method.
 
-    The mean falls monotonically in σ², from (1+η)/η to 0 (less the flat facets).
+    The mean falls monotonically in σ², from (1+η)/η times the share of facets that
+    slope, which must be > 1, to 0.
     """
     t = start
     for _ in range(100):

@@ -11,6 +11,7 @@ from ..scene import Scene
 from .files import read_surface
 from .heightfield import Heightfield
 from .level import level
+from .plausibility import assumed, examine
 from .synthesis import generate_surface
 
 
@@ -28,7 +29,8 @@ def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:
     Raises
     ------
     InputError
-        If the file can't be used, or a surface would not fit into memory.
+        If the file can't be used or its slopes can't be traced, or a surface would not fit
+        into memory.
 
     """
     count = scene.surface.realisations if scene.surface.file is None else 1
@@ -36,12 +38,25 @@ def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:
         yield surface_of(scene, seed, realisation)
 
 
+def notes_on_file(scene: Scene) -> list[str]:
+    """What is taken for granted of the scene's file, and what hints at a mistake in it.
+
+    Empty for generated surfaces. Raises as `surfaces_of`.
+    """
+    asked = scene.surface
+    if asked.file is None:
+        return []
+    return assumed(asked) + examine(surface_of(scene, 0, 0), asked.file)
+
+
 def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
     """One realisation alone; a file has only one. Raises as `surfaces_of`."""
     asked = scene.surface
     if asked.file is not None:
         found = read_surface(Path(asked.file), spacing=asked.spacing, boundary=asked.boundary)
-        return level(found, asked.level)
+        found = level(found, asked.level)
+        examine(found, asked.file)
+        return found
     if asked.boundary == "mirror" or asked.level != "none":
         raise InputError(
             "surface.boundary and surface.level are for a surface.file; "

@@ -55,6 +55,62 @@ def test_a_gaussian_surface_fits_infinite_gamma():
     assert fit.sigma == pytest.approx(0.5, rel=1e-3)
 
 
+def with_a_plateau(share):
+    heights = np.array(generate_surface(2.0, 0.5, cells=64, seed=1).heights)
+    rows = round(share * 64)
+    heights[:rows] = 0
+    return Heightfield(heights)
+
+
+@pytest.mark.parametrize("share", [0.04, 0.05, 0.09, 0.12, 0.18])
+def test_flat_facets_leave_an_inner_maximum(share):
+    """The likelihood is unbounded as σ → 0: the fit is the maximum inside, by a direct search."""
+    h = with_a_plateau(share)
+    fit = fit_std(h)
+    slopes = np.hypot(*facet_slopes(h))
+    assert fit.flat == np.mean(slopes == 0) > 0
+    found = minimize(
+        lambda t: -log_likelihood(h, 1 + np.exp(t[0]), np.exp(t[1])),
+        [0.0, np.log(0.4)],
+        method="Nelder-Mead",
+        options={"xatol": 1e-7, "fatol": 1e-13, "maxiter": 2000},
+    )
+    assert 1 / (fit.gamma - 1) < (1 - fit.flat) / fit.flat
+    assert fit.gamma == pytest.approx(1 + np.exp(found.x[0]), rel=1e-3)
+    assert fit.sigma == pytest.approx(np.exp(found.x[1]), rel=1e-3)
+    assert np.isfinite([*fit.sigma_ci, fit.ks, fit.effective_facets]).all()
+
+
+def test_a_corner_of_zeros_has_a_finite_fit():
+    heights = np.random.default_rng(0).normal(size=(8, 8))
+    heights[:4, :4] = 0
+    fit = fit_std(Heightfield(heights))
+    assert np.isfinite([fit.gamma, fit.sigma, *fit.gamma_ci, *fit.sigma_ci]).all()
+
+
+@pytest.mark.parametrize("share", [0.3, 0.45])
+@pytest.mark.parametrize("tilt", [0.0, 1e-12])
+def test_too_many_flat_facets_are_refused(share, tilt):
+    """Rounding that gives a plateau slopes of 1e-12 makes it none the less one."""
+    h = with_a_plateau(share)
+    rough = Heightfield(h.heights + tilt * np.random.default_rng(2).normal(size=(64, 64)))
+    with pytest.raises(InputError, match=r"facets \(\d\d\.\d%\) are flat.*plateau.*Cut it out"):
+        fit_std(rough)
+
+
+def test_a_fit_at_the_end_of_the_search_is_none():
+    """Slopes over ten decades have no STD: γ = 1.05 is where the search ends, not a result."""
+    decades = np.random.default_rng(3).uniform(-5, 5, (32, 32))
+    with pytest.raises(InputError, match=r"tail is heavier.*γ > 1\.05.*spikes"):
+        fit_std(Heightfield(10.0**decades))
+
+
+def test_slopes_that_are_all_the_same_are_refused():
+    tilted = 0.3 * np.arange(40.0) + np.zeros((40, 1))
+    with pytest.raises(InputError, match="level the surface"):
+        fit_std(Heightfield(tilted, boundary="mirror"))
+
+
 def test_intervals_hold_what_they_promise(judge):
     """σ of 100 Gaussian fields: 95 % intervals must cover it in 93 % (64 tiles, not more).
 

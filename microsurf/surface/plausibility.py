@@ -1,0 +1,76 @@
+"""What a surface from a file leaves open, and what hints at a mistake: units, gaps, seams."""
+
+import numpy as np
+
+from ..errors import InputError
+from ..scene import Surface
+from .heightfield import Heightfield, facet_slopes
+
+SLOPES = (5e-7, 2e3)
+"""Median slopes that can be traced: those of the least and the largest σ, for every γ."""
+_USUAL = (1e-3, 10.0)
+_STEEPER = 2.0
+"""Times a seam may be as steep as the surface: by chance 1 % are steeper of tiles of 16
+correlation lengths a side, 6 % of 8."""
+
+
+def assumed(asked: Surface) -> list[str]:
+    """What is taken for granted of a file of bare heights, for people; else nothing."""
+    if asked.file is None or not asked.file.lower().endswith(".npy"):
+        return []
+    taken = [
+        text
+        for text, given in (
+            ("spacing 1 in the unit of its heights", asked.spacing),
+            ("periodic", asked.boundary),
+        )
+        if given is None
+    ]
+    if not taken:
+        return []
+    how = "surface.spacing and surface.boundary in the scene, or measure's --spacing and --boundary"
+    return [f"{asked.file}: bare heights, taken as {' and '.join(taken)}; say it by {how}"]
+
+
+def examine(h: Heightfield, name: str) -> list[str]:
+    """What hints at a mistake in a surface, for people; ``name`` is what they call it.
+
+    Raises
+    ------
+    InputError
+        If its median slope is out of SLOPES, and not zero.
+
+    """
+    slope = np.hypot(*facet_slopes(h))
+    sloping = slope[slope > 0]
+    if sloping.size == 0:
+        return []
+    median = float(np.median(sloping))
+    units = f"are heights and spacing ({h.spacing:g}) in the same unit?"
+    if not SLOPES[0] <= median <= SLOPES[1]:
+        raise InputError(
+            f"{name}: its median slope is {median:.3g}: must be {SLOPES[0]:g} … {SLOPES[1]:g}; "
+            f"{units} Give the right spacing"
+        )
+    found = []
+    if not _USUAL[0] <= median <= _USUAL[1]:
+        word = "flat" if median < 1 else "steep"
+        found.append(f"{name}: a median slope of {median:.3g} is very {word}: {units}")
+    return found + (_seams(h, name) if h.boundary == "periodic" else [])
+
+
+def _seams(h: Heightfield, name: str) -> list[str]:
+    """Seams of the period that are steeper than what they join."""
+    found = []
+    for axis, letter in ((1, "x"), (0, "y")):
+        inside = np.abs(np.diff(h.heights, axis=axis)) / h.spacing
+        ends = np.take(h.heights, [0, -1], axis=axis)
+        seam = float(np.median(np.abs(np.diff(ends, axis=axis)))) / h.spacing
+        usual = float(np.median(inside)) or float(np.mean(inside))
+        if seam > _STEEPER * usual > 0:
+            found.append(
+                f"{name}: periodic, but the seam in {letter} is {seam / usual:.3g} times as steep "
+                f"as the surface (median slope {seam:.3g}, inside {usual:.3g}) and will be traced "
+                "with it; take boundary mirror, or level a tilt"
+            )
+    return found

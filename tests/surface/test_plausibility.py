@@ -1,0 +1,86 @@
+"""Units by silence, slopes that no surface has, seams of a period that is none."""
+
+import numpy as np
+import pytest
+
+from microsurf.errors import InputError
+from microsurf.scene import Scene, Surface
+from microsurf.surface import (
+    Heightfield,
+    generate_surface,
+    notes_on_file,
+    surface_of,
+    write_surface,
+)
+from microsurf.surface.plausibility import assumed, examine
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e-7, 1e5, 1e12])
+def test_slopes_that_can_not_be_traced_are_refused(factor):
+    h = generate_surface(2.0, 0.5, cells=32, seed=1)
+    with pytest.raises(InputError, match=r"h\.npy: its median slope.*spacing \(1\).*same unit"):
+        examine(Heightfield(h.heights * factor), "h.npy")
+
+
+@pytest.mark.parametrize("sigma", [1e-6, 1e-3, 0.5, 1000.0])
+@pytest.mark.parametrize("gamma", [1.65, 2.0, np.inf])
+def test_every_roughness_a_scene_may_have_passes(gamma, sigma):
+    examine(generate_surface(gamma, sigma, cells=64, seed=1), "h")
+
+
+@pytest.mark.parametrize(("factor", "word"), [(1e-4, "flat"), (100.0, "steep")])
+def test_slopes_of_another_unit_are_pointed_out(factor, word):
+    h = generate_surface(2.0, 0.5, cells=128, seed=1)
+    (note,) = examine(Heightfield(h.heights * factor), "h")
+    assert f"very {word}" in note
+    assert "same unit" in note
+
+
+def test_flat_heights_are_a_mirror():
+    assert examine(Heightfield(np.zeros((8, 8))), "h") == []
+
+
+def test_a_seam_is_seen_in_a_cut_map_and_a_tilt():
+    """A map cut from a surface meets itself where heights know nothing of each other."""
+    h = generate_surface(2.0, 0.5, cells=256, seed=1)
+    cut = Heightfield(h.heights[:100, :100])
+    notes = examine(cut, "cut")
+    assert len(notes) == 2
+    assert "seam in x" in notes[0]
+    assert "boundary mirror" in notes[0]
+    assert examine(Heightfield(cut.heights, boundary="mirror"), "cut") == []
+    (tilt,) = examine(Heightfield(h.heights + 0.3 * np.arange(256)), "tilt")
+    assert "seam in x" in tilt
+    (tilt,) = examine(Heightfield(h.heights + 0.3 * np.arange(256)[:, None]), "tilt")
+    assert "seam in y" in tilt
+
+
+def test_generated_surfaces_have_no_seam():
+    """A note is cheap and a miss is not: at most 4 of 200 seams, which are seen by chance."""
+    made = (generate_surface(2.0, 0.5, cells=128, seed=s, iterations=3) for s in range(100))
+    assert sum(len(examine(h, "h")) for h in made) <= 4
+
+
+def test_bare_heights_say_what_is_taken(tmp_path):
+    path = str(tmp_path / "h.npy")
+    assert assumed(Surface()) == []
+    assert assumed(Surface(file="h.npz")) == []
+    assert assumed(Surface(file=path, spacing=0.1, boundary="mirror")) == []
+    (note,) = assumed(Surface(file=path))
+    assert "spacing 1 " in note
+    assert "periodic" in note
+    (note,) = assumed(Surface(file=path, spacing=0.1))
+    assert "spacing 1 " not in note
+    assert "periodic" in note
+
+
+def test_a_scenes_file_is_looked_at(tmp_path):
+    """In metres with a spacing of 1 it would be a mirror; with its own it is a surface."""
+    h = generate_surface(2.0, 0.5, cells=128, spacing=1e-8, seed=1)
+    path = tmp_path / "h.npy"
+    write_surface(h, path)
+    with pytest.raises(InputError, match="same unit"):
+        surface_of(Scene(surface=Surface(file=str(path))), 0, 0)
+    known = Surface(file=str(path), spacing=1e-8, boundary="periodic")
+    assert notes_on_file(Scene(surface=known)) == []
+    assert notes_on_file(Scene()) == []
