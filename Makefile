@@ -19,28 +19,28 @@ test-long: $(READY)
 	$(PYTEST) -m "long or not long"
 
 gallery: $(READY)
-	$(BIN)/python validation/gallery.py
-	$(BIN)/python validation/approximate_error.py
+	$(BIN)/python -m validation.figures.gallery
+	$(BIN)/python -m validation.figures.approximate_error
 
 # Goes on where it was stopped.
 atlas: $(READY)
-	$(BIN)/python validation/atlas.py
+	$(BIN)/python -m validation.structures.run
 
 calibration: $(READY)
-	$(BIN)/python validation/calibration.py
-	$(BIN)/python validation/verdict_rates.py
-	$(BIN)/python validation/repeat.py
-	$(BIN)/python validation/known_defects.py
+	$(BIN)/python -m validation.calibration.run
+	$(BIN)/python -m validation.calibration.verdict_rates
+	$(BIN)/python -m validation.calibration.repeat
+	$(BIN)/python -m validation.calibration.known_defects
 
 # Goes on where it was stopped.
 frontiers: $(READY)
-	$(BIN)/python validation/frontiers.py
+	$(BIN)/python -m validation.tradeoff.run
 
-# Wants a quiet machine and LLVM 19, see validation/peers/mitsuba.py.
+# Wants a quiet machine and LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
-	$(BIN)/python validation/bench.py
-	$(BIN)/python validation/bench_effects.py
+	$(BIN)/python -m validation.bench.run
+	$(BIN)/python -m validation.bench.effects
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -9,7 +9,7 @@ __version__ = version("microsurf")
 _WHERE = {
     "Heightfield": "surface",
     "Scene": "scene",
-    "compare": "verdict",
+    "compare": "analysis.comparison",
     "generate_surface": "surface",
     "measure": "trace",
     "predict": "model",

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from microsurf.verdict import significance
+from microsurf.stats import hypothesis_tests as significance
 
 BUDGET = 1e-3
 """Probability that a run with new seeds fails by chance."""

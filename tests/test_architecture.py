@@ -1,54 +1,109 @@
 """The house rules that can be read off the imports."""
 
 import ast
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).parent.parent / "microsurf"
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "microsurf"
 MODULES = sorted(PACKAGE.rglob("*.py"))
+SCRIPTS = sorted((ROOT / "validation").rglob("*.py"))
+
+LAYERS = (
+    {"microsurf"},
+    {"errors"},
+    {"files"},
+    {"memory", "seeds", "jit"},
+    {"physics", "stats"},
+    {"scene"},
+    {"results"},
+    {"surface"},
+    {"model", "trace"},
+    {"stability", "invariants"},
+    {"analysis"},
+    {"report"},
+    {"cli"},
+)
+"""A package or loose module imports only what stands left of it, nothing beside or right of it."""
 
 
+def module_name(path):
+    """Dotted name of a file, from the root of the checkout."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+NAMES = {module_name(path): path for path in (*MODULES, *SCRIPTS)}
+
+
+@cache
 def imports(path):
-    """Names a file imports: ours as 'physics', 'trace.paths' …, others by their first word."""
+    """Modules of ours that a file imports, by their full names, and first words of others."""
     own, foreign = set(), set()
-    here = path.relative_to(PACKAGE).parent.parts
+    here = path.relative_to(ROOT).parent.parts
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            base = here[: len(here) - node.level + 1]
-            stem = [*base, *(node.module.split(".") if node.module else [])]
-            own |= {".".join([*stem, alias.name]) for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            foreign.add(node.module.split(".")[0])
+        if isinstance(node, ast.ImportFrom):
+            base = here[: len(here) - node.level + 1] if node.level else ()
+            stem = ".".join([*base, *(node.module.split(".") if node.module else [])])
+            if stem not in NAMES:
+                foreign.add(stem.split(".")[0])
+                continue
+            for alias in node.names:
+                full = f"{stem}.{alias.name}"
+                own.add(full if full in NAMES else stem)
         elif isinstance(node, ast.Import):
-            foreign |= {alias.name.split(".")[0] for alias in node.names}
+            own |= {alias.name for alias in node.names if alias.name in NAMES}
+            foreign |= {alias.name.split(".")[0] for alias in node.names} - {"microsurf"}
     return own, foreign
 
 
-def users(package):
-    return [path for path in MODULES if path.relative_to(PACKAGE).parts[0] == package]
+def room(name):
+    """Package or loose module of ``microsurf`` that a module belongs to."""
+    return name.split(".")[1] if "." in name else name
 
 
-@pytest.mark.parametrize(
-    ("package", "forbidden"),
-    [
-        (
-            "physics",
-            ("scene", "result", "surface", "trace", "model", "verdict", "report", "errors"),
-        ),
-        ("trace", ("model", "commands", "verdict", "report")),
-        ("model", ("trace", "surface", "verdict", "report")),
-        ("surface", ("trace", "model", "verdict", "report")),
-        ("verdict", ("trace", "model", "report")),
-    ],
-)
-def test_who_may_know_whom(package, forbidden):
-    assert users(package)
-    for path in users(package):
-        own, _ = imports(path)
-        for name in own:
-            first = name.split(".")[0]
-            assert first not in forbidden, f"{path.name} imports {name}"
+def layer(name):
+    return next((k for k, rooms in enumerate(LAYERS) if room(name) in rooms), None)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
+def test_a_module_imports_only_what_stands_left_of_it(path):
+    name = module_name(path)
+    assert layer(name) is not None, f"{name} is in no layer"
+    for other in imports(path)[0]:
+        assert room(other) == room(name) or layer(other) < layer(name), f"{name} imports {other}"
+
+
+def test_no_circle():
+    graph = {name: imports(path)[0] for name, path in NAMES.items()}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" → ".join(error.args[1]))
+
+
+def test_few_rooms():
+    packages = [p for p in PACKAGE.iterdir() if (p / "__init__.py").exists()]
+    loose = [p for p in PACKAGE.glob("*.py") if p.stem != "__init__"]
+    assert len(packages) <= 12
+    assert len(loose) <= 6
+
+
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
+def test_only_the_command_line_prints(path):
+    if room(module_name(path)) == "cli":
+        return
+    own_words = path.read_text(encoding="utf-8")
+    assert "click" not in imports(path)[1]
+    assert "sys.stdout" not in own_words
+    assert not [
+        node
+        for node in ast.walk(ast.parse(own_words))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "print"
+    ]
 
 
 def test_one_file_knows_embreex_and_one_knows_numba():
@@ -59,7 +114,7 @@ def test_one_file_knows_embreex_and_one_knows_numba():
     assert knows["numba"] == ["jit.py"]
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
 def test_no_pickle_no_eval(path):
     text = path.read_text(encoding="utf-8")
     _, foreign = imports(path)
@@ -68,7 +123,7 @@ def test_no_pickle_no_eval(path):
     assert "allow_pickle=True" not in text
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
 def test_one_file_counts_processors(path):
     """Those of the machine are not those this process may use: threads ask `memory.cores`."""
     text = path.read_text(encoding="utf-8")

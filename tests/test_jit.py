@@ -22,8 +22,8 @@ KERNELS = sorted(
 )
 OF_A_FACET = """
 import numpy as np
-from microsurf.model import facet_kernels
-from microsurf.model.walk_law import Facet, facet_of
+from microsurf.model.random_walk import facet_kernels
+from microsurf.model.random_walk.parameters import Facet, facet_of
 from microsurf.scene import Scene
 
 facet = facet_of(Scene(), 0.8)._replace(survival=0.0)
@@ -48,8 +48,10 @@ def python(folder, code, **environment):
 def test_a_constant_changed_in_another_file_changes_the_answer(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "microsurf", ignore=shutil.ignore_patterns("__pycache__"))
     assert python(tmp_path, OF_A_FACET) == ("-1", "")
-    assert list(tmp_path.glob("microsurf/model/__pycache__/facet_kernels.scatter-*.nbc"))
-    result = tmp_path / "microsurf" / "result.py"
+    assert list(
+        tmp_path.glob("microsurf/model/random_walk/__pycache__/facet_kernels.scatter-*.nbc")
+    )
+    result = tmp_path / "microsurf" / "results" / "dataset.py"
     text = result.read_text(encoding="utf-8")
     result.write_text(f"{text}\nBODY_EXACT = 1000\n", encoding="utf-8")
     assert int(python(tmp_path, OF_A_FACET)[0]) == 99

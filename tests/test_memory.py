@@ -111,7 +111,7 @@ def test_a_shells_limit_of_memory_is_one_line():
     code = (
         "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (6 * 2**30,) * 2)\n"
         "sys.argv = 'microsurf surface --gamma 2 --sigma .5 --cells 6000 --out s.npz'.split()\n"
-        "from microsurf.cli import main; main()"
+        "from microsurf.cli.entry import main; main()"
     )
     ran = subprocess.run(  # noqa: S603 - our own
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False

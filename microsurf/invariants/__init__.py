@@ -4,10 +4,10 @@
 Those that are decided by chance together call a false alarm in one report of 1/`RATE`.
 """
 
-from .books import scene_invariants
-from .chance import RATE
+from .all import global_invariants
+from .energy import scene_invariants
+from .false_alarms import RATE
 from .invariant import Invariant, as_rows, broken
-from .whole import global_invariants
 
 __all__ = [
     "RATE",

@@ -10,12 +10,12 @@ from ..physics import smith
 from ..surface import Heightfield, facet_slopes, generate_surface, mesh
 from ..trace.beam import direction, stratified_points
 from ..trace.embree import EmbreeTile
-from ..trace.empty_space import OFFSET
 from ..trace.grid import MARGIN, Grid, triangles
-from ..trace.paths import Tile
-from . import chance
+from ..trace.kernels.empty_space import OFFSET
+from ..trace.wavefront import Tile
+from . import false_alarms as chance
 from .invariant import Invariant
-from .runs import RUNS, heights_of, tile_of
+from .replicates import RUNS, heights_of, tile_of
 
 Array = NDArray[np.float64]
 

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from .. import summary
 from ..model.directions import direction
-from ..model.walk import MOST_EVENTS, walk
-from ..model.walk_evaluate import evaluate_walk
-from ..model.walk_furnace import furnace
-from ..model.walk_law import facet_of, law_of, stream
+from ..model.random_walk.evaluate import evaluate_walk
+from ..model.random_walk.parameters import facet_of, law_of, stream
+from ..model.random_walk.simulate import MOST_EVENTS, walk
 from ..physics import facet, fresnel
+from ..results import albedo as summary
 from ..scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from ..trace import measure
-from . import chance
+from . import false_alarms as chance
 from .invariant import Invariant
+from .walk_furnace import furnace
 
 Array = NDArray[np.float64]
 

@@ -7,16 +7,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import summary
 from ..model import predict
 from ..physics import facet
+from ..results import albedo as summary
 from ..scene import Accuracy, Light, Material, Roughness, Scene
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
-from ..trace.paths import Facet
-from . import chance
+from ..trace.wavefront import Facet
+from . import false_alarms as chance
 from .invariant import Invariant
-from .runs import FEATURES, features, heights_of, runs, tile_of
+from .replicates import FEATURES, features, heights_of, runs, tile_of
 
 Array = NDArray[np.float64]
 

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from .. import result
+from ..results import dataset as result
 from ..surface import generate_surface
-from ..trace.paths import Facet, Tile, trace
-from . import chance
+from ..trace.wavefront import Facet, Tile, trace
+from . import false_alarms as chance
 from .invariant import Invariant
-from .runs import RUNS, heights_of, tile_of, weighted
+from .replicates import RUNS, heights_of, tile_of, weighted
 
 Array = NDArray[np.float64]
 

@@ -7,15 +7,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import summary
+from ..results import albedo as summary
 from ..scene import Accuracy, Light, Scene, Surface
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
 from ..trace.embree import EmbreeTile
-from . import chance
+from . import false_alarms as chance
 from .invariant import Invariant
 from .reciprocity import IL, KD, skewed
-from .runs import FEATURES, differing, features, runs, tile_of
+from .replicates import FEATURES, differing, features, runs, tile_of
 
 Array = NDArray[np.float64]
 

@@ -5,15 +5,15 @@
 it, `named` the models of the literature. `Candidate` is a BRDF of one's own in their place.
 """
 
-from . import named
+from . import presets as named
 from .brdf import Brdf
-from .candidate import Candidate, examine, has_values
-from .candidate import load as load_candidate
-from .candidate_predict import predict_candidate
 from .directions import direction
-from .predict import NAMES, evaluate, predict
-from .walk import KINDS, walk
-from .walk_evaluate import evaluate_walk
+from .random_walk.evaluate import evaluate_walk
+from .random_walk.simulate import KINDS, walk
+from .single_scattering.first_order import NAMES, evaluate, predict
+from .user_brdf.brdf import Candidate, examine, has_values
+from .user_brdf.brdf import load as load_candidate
+from .user_brdf.predict import predict_candidate
 
 __all__ = [
     "KINDS",

@@ -6,18 +6,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import result
 from ..errors import InputError
 from ..physics import fresnel
+from ..results import dataset as result
 from ..scene import Roughness, Scene
-from . import proposal
 from .directions import checked
-from .groove_kernels import vcavity_walk
-from .predict import NAMES, evaluate
-from .walk import KINDS, MOST_EVENTS
-from .walk_evaluate import evaluate_walk
-from .walk_kernels import smith_walk
-from .walk_law import facet_of, law_of, stream
+from .random_walk.evaluate import evaluate_walk
+from .random_walk.parameters import facet_of, law_of, stream
+from .random_walk.simulate import KINDS, MOST_EVENTS
+from .random_walk.smith_kernels import smith_walk
+from .random_walk.vcavity_kernels import vcavity_walk
+from .single_scattering import importance as proposal
+from .single_scattering.first_order import NAMES, evaluate
 
 Array = NDArray[np.float64]
 

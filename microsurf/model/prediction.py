@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .. import __version__, result
+from .. import __version__
+from ..results import dataset as result
 from ..scene import Scene
-from ..scene_file import to_toml
+from ..scene.toml import to_toml
 
 Array = NDArray[np.float64]
 Attributes = Mapping[str, str | float | int]
@@ -23,7 +24,7 @@ def prediction(
     orders: Sequence[int] = result.ORDERS,
     path_weight: Array | None = None,
 ) -> xr.Dataset:
-    """Label what a model found for a scene, see `microsurf.result.build`."""
+    """Label what a model found for a scene, see `microsurf.results.dataset.build`."""
     source = {
         "source": "prediction",
         "model": model,

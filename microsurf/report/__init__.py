@@ -6,11 +6,11 @@ from pathlib import Path
 import xarray as xr
 
 from ..files import whole_file
-from . import lobes
 from .attachments import make_folder, make_folders
-from .page import write
-from .picture import DPI, svg
-from .wording import movements, unexpected
+from .figures import lobes
+from .figures.figure import DPI, svg
+from .html import write
+from .phrases import movements, unexpected
 
 __all__ = ["make_folder", "make_folders", "movements", "plot_results", "unexpected", "write"]
 

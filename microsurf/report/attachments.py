@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .. import result
+from ..analysis.validate import Validation
 from ..errors import InputError
 from ..files import check_writable, whole_file
-from ..scene_file import from_toml, to_toml
-from ..validate import Validation
+from ..results import dataset as result
+from ..scene.toml import from_toml, to_toml
 
 FOLDERS = ("figures", "data", "scenes")
 DATA_BYTES = 512 * 2**20

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
+from ..analysis.validate import Validation
 from ..physics import metals
 from ..scene import Material
-from ..validate import Validation
 from .references import BY_KEY, REFERENCES, Reference
 
 ALWAYS = ("microsurf", "harris2020", "virtanen2020", "hoyer2017", "hunter2007")

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from . import wording
+from . import phrases as wording
 
 Row = dict[str, Any]
 

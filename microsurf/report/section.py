@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .picture import Picture
+from .figures.figure import Picture
 
 _SENTENCE = 24  # characters, from which on a cell is more than a name or a number
 

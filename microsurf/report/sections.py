@@ -3,20 +3,19 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from .. import budget, verdict
+from ..analysis import multiplicity
+from ..analysis.error_budget import assemble as budget
+from ..analysis.error_budget.terms import TERMS
+from ..analysis.tradeoff.study import Tradeoff
+from ..analysis.validate import Validation
 from ..invariants import Invariant
-from ..tradeoff import Tradeoff
-from ..validate import Validation
-from ..verdict.budget import TERMS
-from . import (
-    attachments,
-    budget_plot,
-    candidate_plot,
-    frontier_plot,
-    frontiers_plot,
-    masking_plot,
-)
-from .picture import Picture
+from . import attachments
+from .figures import error_budget as budget_plot
+from .figures import masking as masking_plot
+from .figures import pareto as frontier_plot
+from .figures import pareto_all as frontiers_plot
+from .figures import user_brdf as candidate_plot
+from .figures.figure import Picture
 from .section import Section, Table
 
 _BUDGET = """Measured − predicted, split by substituting one thing after the other: the model's own
@@ -246,7 +245,7 @@ def _family(entries: Sequence[Validation]) -> Section | None:
     comparisons = [row for entry in entries for row in entry.comparisons]
     if not comparisons:
         return None
-    found = verdict.family(comparisons)
+    found = multiplicity.family(comparisons)
     text = _FAMILY.format(
         comparisons=found.comparisons,
         rate=found.error_rate,

@@ -1,10 +1,10 @@
 """The stability map as a section of a page."""
 
 from ..stability import Stability
-from ..stability.box import BOX
-from ..stability.law import ENOUGH
-from . import stability_plot
-from .picture import Picture
+from ..stability.case import ENOUGH
+from ..stability.domain import BOX
+from .figures import stability as stability_plot
+from .figures.figure import Picture
 from .section import Section, Table
 from .stability_text import place
 

@@ -5,8 +5,8 @@ from dataclasses import asdict
 from typing import Any
 
 from ..stability import Stability
-from ..stability.box import BOX, SYMBOLS, ticked
-from ..stability.law import ENOUGH, Point
+from ..stability.case import ENOUGH, Point
+from ..stability.domain import BOX, SYMBOLS, ticked
 
 
 def as_json(found: Stability) -> dict[str, Any]:

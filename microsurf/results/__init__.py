@@ -1,1 +1,1 @@
-"""Results and measurements as labelled data."""
+"""Results, measured or predicted alike: dataset, albedos, peaks, uncertainty."""

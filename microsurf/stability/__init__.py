@@ -1,5 +1,5 @@
 """The stability map: how many digits of every law are right, and where meshes and traces end."""
 
-from .survey import Stability, survey
+from .map import Stability, survey
 
 __all__ = ["Stability", "survey"]

@@ -12,10 +12,12 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics import facet, std, visible
+from ..physics import facet
+from ..physics import student_t as std
+from ..physics import visible_normals as visible
 from . import reference
-from .box import unit
-from .law import Law
+from .case import Law
+from .domain import unit
 from .reference import EXACT, Real
 
 DRAWS = 200

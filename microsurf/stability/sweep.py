@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics import facet, fresnel, smith, std, vcavity, visible
+from ..physics import facet, fresnel, smith, vcavity
+from ..physics import student_t as std
+from ..physics import visible_normals as visible
 
 Array = NDArray[np.float64]
 

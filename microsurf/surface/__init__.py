@@ -1,11 +1,11 @@
 """Explicit microgeometry: heightfields, made, read, levelled, described and fitted."""
 
 from .anisotropy import Anisotropy
-from .files import ENDINGS, read_surface, write_surface
+from .detrend import level
 from .fit import StdFit, fit_std
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
-from .level import level
-from .of_scene import notes_on_file, realisation_seed, surface_of, surfaces_of
+from .io import ENDINGS, read_surface, write_surface
+from .realisations import notes_on_file, realisation_seed, surface_of, surfaces_of
 from .statistics import surface_statistics
 from .synthesis import from_recipe, generate_surface
 

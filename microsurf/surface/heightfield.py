@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..physics import std
+from ..physics import student_t as std
 from ..scene import BOUNDARIES, MAX_CELLS
 
 Array = NDArray[np.float64]

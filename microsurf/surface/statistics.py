@@ -9,7 +9,7 @@ from scipy.stats import rankdata
 
 from .. import memory
 from ..errors import InputError
-from ..physics import std
+from ..physics import student_t as std
 from .heightfield import Heightfield, facet_slopes, mesh
 
 Array = NDArray[np.float64]

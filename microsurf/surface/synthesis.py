@@ -23,7 +23,7 @@ from scipy import fft
 
 from .. import __version__, memory
 from ..errors import InputError
-from ..physics import std
+from ..physics import student_t as std
 from ..scene import MAX_CELLS, STRUCTURES
 from .gaussian_field import gaussian_field
 from .heightfield import Heightfield, check_spacing

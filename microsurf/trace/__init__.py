@@ -1,5 +1,5 @@
 """What an explicit surface does to light: beam, rays, facet events, detector."""
 
-from .measure import measure
+from .measurement import measure
 
 __all__ = ["measure"]

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from ..physics.fresnel import reflectance
 from .beam import direction, starts
-from .empty_space import OFFSET, launch
-from .first_hits import take_hits
 from .grid import MARGIN, Grid
-from .paths import WAVE, Tile
-from .wave import BATCHES, empty_wave
+from .kernels.empty_space import OFFSET, launch
+from .kernels.first_hits import take_hits
+from .kernels.state import BATCHES, empty_wave
+from .wavefront import WAVE, Tile
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from microsurf.trace import pieces
+from microsurf.trace import work_items as pieces
 
 
 @pytest.fixture(scope="session")

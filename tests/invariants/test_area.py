@@ -1,7 +1,8 @@
 import numpy as np
 
-from microsurf.invariants import area, chance
-from microsurf.invariants.runs import heights_of, tile_of
+from microsurf.invariants import area
+from microsurf.invariants import false_alarms as chance
+from microsurf.invariants.replicates import heights_of, tile_of
 from microsurf.physics import smith
 from microsurf.surface import generate_surface
 from microsurf.trace.beam import direction

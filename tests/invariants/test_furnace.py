@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microsurf.invariants import chance, furnace
+from microsurf.invariants import false_alarms as chance
+from microsurf.invariants import furnace
 from microsurf.physics import facet, fresnel
 
 

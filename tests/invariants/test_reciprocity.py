@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from microsurf import result
 from microsurf.invariants import reciprocity
-from microsurf.invariants.runs import tile_of
+from microsurf.invariants.replicates import tile_of
+from microsurf.results import dataset as result
 
 ONE_WAY = reciprocity.IL._replace(n=1.0, k=1.0)
 """Light enters the substrate by the T of a conductor and leaves it by Lambert's cosine."""

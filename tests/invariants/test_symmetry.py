@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from microsurf.invariants import chance, symmetry
+from microsurf.invariants import false_alarms as chance
+from microsurf.invariants import symmetry
 from microsurf.invariants.reciprocity import skewed
-from microsurf.invariants.runs import tile_of
+from microsurf.invariants.replicates import tile_of
 
 BACK = -np.arange(64)
 WRONG = {

@@ -5,12 +5,15 @@ import pytest
 from brute import direction
 from scipy import stats
 
-from microsurf import model, result, summary
+from microsurf import model
 from microsurf.errors import InputError
-from microsurf.model import KINDS, NAMES, Brdf, proposal
+from microsurf.model import KINDS, NAMES, Brdf
+from microsurf.model.single_scattering import importance as proposal
 from microsurf.physics import facet
+from microsurf.results import albedo as summary
+from microsurf.results import dataset as result
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
-from microsurf.verdict import significance
+from microsurf.stats import hypothesis_tests as significance
 
 THETAS = (0.0, 45.0, 80.0, 89.0)
 GAMMAS = (1.6, 2.0, 8.0, 1e4)

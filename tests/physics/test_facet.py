@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from microsurf.physics import facet, fresnel
-from microsurf.verdict import significance
+from microsurf.stats import hypothesis_tests as significance
 
 EPS = np.finfo(float).eps
 INDICES = (1.0, 1.33, 1.5, 2.4)

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from microsurf.physics import smith, std
+from microsurf.physics import smith
+from microsurf.physics import student_t as std
 
 EPS = np.finfo(float).eps
 DEGREES = (1.002, 1.02, 1.5, 2.0, 3.0, 6.0, 14.0, 16.0, 17.0, 25.0, 30.0, 49.9, 50.0, 78.0, 200.0)

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from microsurf.physics import std, vcavity
+from microsurf.physics import student_t as std
+from microsurf.physics import vcavity
 
 EPS = np.finfo(float).eps
 

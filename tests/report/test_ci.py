@@ -11,12 +11,14 @@ import jsonschema
 import numpy as np
 import pytest
 
-from microsurf import report, trial, validate
-from microsurf.expectation import Expectation
+from microsurf import report
+from microsurf.analysis import validate
+from microsurf.analysis import validate_user_brdf as trial
 from microsurf.model import Candidate
 from microsurf.report.junit import to_junit
 from microsurf.report.markdown import LONGEST, to_markdown
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.scene.expectation import Expectation
 
 NASTY = "<b>&\"'|`*_[x](http://a.b) @you #1 \x00\x0b\n\n# head σ ]]> --> ${x} ~~a~~"
 SCENE = Scene(

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from microsurf.commands.validate import built_in_scenes
 from microsurf.physics import metals
 from microsurf.report import citations
 from microsurf.report.references import BY_KEY, REFERENCES
 from microsurf.scene import Material, Roughness, Scene
-from microsurf.scene_file import read
+from microsurf.scene.builtin import built_in_scenes
+from microsurf.scene.toml import read
 
 ROUGH = {"smith": None, "vcavity": None, "smith-walk": None}
 FRESNEL = {"simonot2009", "meneveaux2018", "cook1982"}

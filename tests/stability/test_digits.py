@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from microsurf.stability import box, digits
+from microsurf.stability import digits
+from microsurf.stability import domain as box
 from microsurf.stability.reference import EXACT, real
 
 

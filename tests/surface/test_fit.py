@@ -7,7 +7,7 @@ from judge import rate
 from scipy.optimize import minimize
 
 from microsurf.errors import InputError
-from microsurf.physics import std
+from microsurf.physics import student_t as std
 from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface, level
 from microsurf.surface.gaussian_field import gaussian_field
 

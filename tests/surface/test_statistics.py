@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.stats import spearmanr
 
 from microsurf.errors import InputError
-from microsurf.physics import std
+from microsurf.physics import student_t as std
 from microsurf.surface import Heightfield, facet_slopes, generate_surface, surface_statistics
 from microsurf.surface.statistics import _area_beyond, ks_distance, mean_area
 

@@ -1,7 +1,7 @@
 """A measurement of many small pieces, for the tests of who does them and what is kept of them."""
 
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
-from microsurf.trace import ledger
+from microsurf.trace import scheduler as ledger
 
 PIECE = 2_000
 """Paths of a piece in these tests."""

@@ -3,11 +3,12 @@ import pytest
 from scipy import stats
 
 from microsurf.surface import Heightfield, facet_slopes, mesh
-from microsurf.trace import paths, visibility
+from microsurf.trace import visibility
+from microsurf.trace import wavefront as paths
 from microsurf.trace.beam import direction
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights, triangles
-from microsurf.trace.wave import BATCHES
+from microsurf.trace.kernels.state import BATCHES
 
 EDGES = np.array([0.0, 0.5, 1.0, 2.0, np.inf])
 

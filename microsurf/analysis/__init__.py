@@ -1,0 +1,1 @@
+"""Measurements against predictions: verdicts, error budgets, trade-offs, convergence."""

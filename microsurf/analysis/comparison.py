@@ -1,0 +1,168 @@
+"""Each difference between geometry and theory as an effect size with its confidence interval.
+
+A comparison *holds* if the whole interval of the relative difference lies within
+the scene's margin, *departs* if all of it lies outside, and is *undecided* else.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from ..results import albedo as summary
+from ..scene import Scene
+from ..scene.expectation import Expectation
+
+CONFIDENCE = 0.95
+
+_DEFAULT = Expectation()
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity at one incidence: what was measured, what was predicted, what follows.
+
+    ``effect`` is measured/predicted − 1, ``low`` and ``high`` its confidence interval
+    over the realisations (over the rays where there is one surface only, ``basis``),
+    with the error of a ``model`` that is sampled. ``surfaces`` is their number.
+    """
+
+    quantity: str
+    theta_i: float
+    phi_i: float
+    kd: float
+    measured: float
+    standard_error: float
+    model: str
+    predicted: float
+    predicted_error: float
+    effect: float
+    low: float
+    high: float
+    basis: str
+    margin: float
+    verdict: str
+    expected: str
+    why: str
+    surfaces: int
+
+    @property
+    def unexpected(self) -> bool:
+        """Whether the verdict is none of those the scene expects."""
+        return self.verdict not in self.expected.split("|")
+
+
+def compare(
+    measured: xr.Dataset,
+    predicted: xr.Dataset,
+    scene: Scene,
+    all_orders: xr.Dataset | None = None,
+) -> list[Comparison]:
+    """Compare what the scene has of order-1 specular, order-1 body and total albedo.
+
+    The total is compared with ``all_orders``, a prediction of multiple scattering, if
+    there is one. Quantities that the theory says are zero (no interface, no substrate)
+    are left out. One comparison for each quantity, angle and Kd.
+    """
+    needs = scene.requires
+    names = [
+        name
+        for name, wanted in (
+            ("specular", needs.interface),
+            ("body", needs.substrate),
+            ("total", needs.interface or needs.substrate),
+        )
+        if wanted
+    ]
+    rows = []
+    for name in names:
+        expectation = scene.expect.get(name, _DEFAULT)
+        theory = all_orders if name == "total" and all_orders is not None else predicted
+        for kd in scene.material.kd:
+            of = [summary.quantity(d, name, scene.material.n, kd) for d in (measured, theory)]
+            noise, sampling = (
+                summary.ray_error(d, name, scene.material.n, kd) for d in (measured, theory)
+            )
+            for t, theta in enumerate(scene.light.theta):
+                for p, phi in enumerate(scene.light.phi):
+                    place = {"theta_i": t, "phi_i": p}
+                    prediction = float(of[1].isel(place).item())
+                    if prediction == 0:
+                        continue
+                    rows.append(
+                        _comparison(
+                            name, (theta, phi, kd), expectation, t,
+                            of[0].isel(place).values, noise.isel(place).values,
+                            str(theory.attrs.get("model", "")), prediction,
+                            float(sampling.isel(place).item()),
+                        )
+                    )  # fmt: skip
+    return rows
+
+
+def _comparison(
+    name: str,
+    place: tuple[float, float, float],
+    expectation: Expectation,
+    angle: int,
+    values: np.ndarray,
+    noise: np.ndarray,
+    model: str,
+    prediction: float,
+    sampling: float,
+) -> Comparison:
+    """Decide on one quantity at one angle from its value on each realisation."""
+    count = len(values)
+    error = float(values.std(ddof=1) / np.sqrt(count) if count > 1 else noise[0])
+    mean = float(values.mean())
+    effect = mean / prediction - 1
+    half = half_width(error, count, effect, prediction, sampling, CONFIDENCE)
+    low, high = effect - half, effect + half
+    expected = expectation.verdict[angle % len(expectation.verdict)]
+    return Comparison(
+        quantity=name,
+        theta_i=place[0],
+        phi_i=place[1],
+        kd=place[2],
+        measured=mean,
+        standard_error=error,
+        model=model,
+        predicted=prediction,
+        predicted_error=sampling,
+        effect=effect,
+        low=low,
+        high=high,
+        basis=f"{count} surfaces" if count > 1 else "rays on one surface",
+        margin=expectation.margin,
+        verdict=decide(low, high, expectation.margin),
+        expected=expected,
+        why=expectation.why,
+        surfaces=count,
+    )
+
+
+def half_width(
+    error: float,
+    surfaces: int,
+    effect: float,
+    prediction: float,
+    sampling: float,
+    confidence: float,
+) -> float:
+    """Half of an effect's interval: Student's t over surfaces, normal of one surface's rays.
+
+    The prediction's own error (``sampling``) is carried into the ratio, to first order.
+    """
+    normal = float(stats.norm.ppf((1 + confidence) / 2))
+    factor = float(stats.t.ppf((1 + confidence) / 2, surfaces - 1)) if surfaces > 1 else normal
+    return float(np.hypot(factor * error, normal * sampling * (1 + effect))) / prediction
+
+
+def decide(low: float, high: float, margin: float) -> str:
+    """Say holds, departs or undecided of an interval [low, high] and a margin ±margin."""
+    if -margin <= low and high <= margin:
+        return "holds"
+    if low > margin or high < -margin:
+        return "departs"
+    return "undecided"

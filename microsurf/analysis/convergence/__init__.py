@@ -1,0 +1,1 @@
+"""How a scene's figures move with cells, tile and rays."""

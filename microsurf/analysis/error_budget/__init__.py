@@ -1,0 +1,1 @@
+"""What a scene's difference between measurement and prediction is made of."""

@@ -1,0 +1,265 @@
+"""The error budget of a scene: its measurement against its prediction, split into causes.
+
+The arithmetic and the order of substitution are in `verdict.budget`; here is what it needs:
+the theory with the slopes that the surfaces have, and what mesh and tile leave.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import stats
+
+from ...model.mesh_slopes.higher_orders import BATCHES, order_change
+from ...model.mesh_slopes.order_one import first_order_change
+from ...model.mesh_slopes.slopes import Slopes
+from ...physics.facet import body_weight
+from ...results import albedo as summary
+from ...results import dataset as result
+from ...results import uncertainty as precision
+from ...scene import Scene
+from ...surface import Heightfield, facet_slopes
+from .refinement import Refinement
+from .regions import FIRST, HIGHER, LOBES, REGIONS, components, of_order_one, region_masks
+from .terms import TERMS, Case, Estimate, Term, split
+
+Array = NDArray[np.float64]
+
+WALKS = 400_000
+"""Behind the slopes' effect on later orders, for each angle: 1e−4 of an albedo, about."""
+_NORMAL = float(stats.norm.ppf(0.975))
+_SEEDS = 4
+"""Runs of the paired difference of order 1: its error is their spread."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Terms of one incidence and Kd, by quantity, and what they add up to."""
+
+    theta_i: float
+    phi_i: float
+    kd: float
+    predicted: Mapping[str, float]
+    terms: Mapping[str, Mapping[str, Term]]
+
+
+def slopes_of(surfaces: Sequence[Heightfield], scene: Scene) -> Slopes:
+    """Slopes of all facets of all surfaces together."""
+    rough = scene.roughness
+    rho = []
+    for surface in surfaces:
+        p, q = facet_slopes(surface)
+        rho.append(np.hypot(p / rough.sigma_x, q / rough.sigma_y).ravel())
+    return Slopes(np.sort(np.concatenate(rho)), rough.sigma_x, rough.sigma_y)
+
+
+def budget_of(cases: Mapping[tuple[float, float, float], Case]) -> list[Budget]:
+    """Split measured − predicted of what `cases_of` gathered: one for each angle and Kd."""
+    return [Budget(*place, _sizes(case), split(case)) for place, case in cases.items()]
+
+
+def _sizes(case: Case) -> dict[str, float]:
+    """What was predicted, and in all."""
+    sizes = {q: estimate.value for q, estimate in case.predicted.items()}
+    sizes["total"] = sum(sizes[q] for q in (*FIRST, *HIGHER) if q in sizes)
+    return sizes
+
+
+def cases_of(
+    scene: Scene,
+    measured: xr.Dataset,
+    predicted: tuple[xr.Dataset, xr.Dataset | None],
+    surfaces: Sequence[Heightfield],
+    *,
+    theory: tuple[xr.Dataset, xr.Dataset | None] | None = None,
+    refinement: Refinement | None = None,
+    exchange: Mapping[float, Mapping[str, float]] | None = None,
+    walks: int = WALKS,
+    seed: int = 0,
+) -> dict[tuple[float, float, float], Case]:
+    """Gather what is to be split for every angle and Kd.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the roughness that the prediction has; σ > 0.
+    measured : Dataset
+        On ``surfaces``.
+    predicted : (Dataset, Dataset or None)
+        Order 1 of a model, and all orders of a walk (None if the scene has one order).
+    surfaces : sequence of Heightfield
+        One for each realisation.
+    theory : (Dataset, Dataset or None), optional
+        Smith's, if ``predicted`` is another's.
+    refinement : Refinement, optional
+        What mesh and tile leave; without it these terms are absent.
+    exchange : mapping by θ_i, optional
+        See `exchange_of`.
+    walks, seed : int
+        Of the walk with the surfaces' slopes.
+
+    Returns
+    -------
+    dict of Case
+        By θ, φ and Kd.
+
+    """
+    slopes = slopes_of(surfaces, scene)
+    n = scene.material.n
+    later = None
+    if scene.requires.multiple_scattering and predicted[1] is not None:
+        later = order_change(scene, slopes, walks=walks, seed=seed).change
+    lost = summary.lost_light(measured).values
+    alone = measured.sizes["realisation"] == 1  # of several their spread is the error
+    cases = {}
+    for t, theta in enumerate(scene.light.theta):
+        for p, phi in enumerate(scene.light.phi):
+            changes = [
+                first_order_change(scene, slopes, theta, phi, _SEEDS * seed + k)
+                for k in range(_SEEDS)
+            ]
+            for kd in scene.material.kd:
+                weight = float(body_weight(n, kd))
+                seen = _parts(predicted, n, kd, (t, p))
+                ideal = seen if theory is None else _parts(theory, n, kd, (t, p))
+                effect = _of_slopes([of_order_one(c[0], weight) for c in changes])
+                if later is not None:
+                    walked = _later(later.isel(theta_i=t, phi_i=p), n, kd)
+                    effect |= {q: walked[q] for q in HIGHER if q in ideal}
+                mirrored = float(np.mean([c[2][0] for c in changes]))
+                cases[theta, phi, kd] = Case(
+                    measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
+                    ray_errors=_ray_errors(measured, n, kd, (t, p)) if alone else {},
+                    predicted=seen,
+                    theory=ideal,
+                    slopes=effect,
+                    scattered=mirrored + weight * (1 - mirrored),
+                    mesh=None if refinement is None else refinement.parts("mesh", kd, (t, p)),
+                    tile=None if refinement is None else refinement.parts("tile", kd, (t, p)),
+                    lost=float(lost[t, p]),
+                    expected=None
+                    if theory is None
+                    else _expected(seen, ideal, theory[1], n, kd, (t, p)),
+                    exchange=None if exchange is None else exchange.get(theta),
+                )
+    return cases
+
+
+def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, float]]:
+    """By how much slopes and masking of the specular order 1 depend on who is substituted first.
+
+    Out of rows of `masking.masking_by_slope`: with shares s of the slopes and contributions c
+    the slopes' term is Σ (s − s_STD) c with Smith's c, or with the measured ones.
+    """
+    found: dict[float, float] = {}
+    for row in by_slope:
+        shift = row["share"] - row["share_std"]
+        apart = shift * (row["specular"] - row["specular_smith"])
+        found[row["theta_i"]] = found.get(row["theta_i"], 0.0) + apart
+    return {theta: {FIRST[0]: value} for theta, value in found.items()}
+
+
+def _parts(
+    models: tuple[xr.Dataset, xr.Dataset | None], n: float, kd: float, place: tuple[int, int]
+) -> dict[str, Estimate]:
+    """Order 1 of the first model, later orders of the second."""
+    first, walk = models
+    found = {
+        q: Estimate(float(v[0][place])) for q, v in components(first, n, kd).items()
+        if q in (*FIRST, *LOBES)
+    }  # fmt: skip
+    if walk is not None:
+        walked = _walked(walk, n, kd, place)
+        found |= {q: walked[q] for q in HIGHER if q in walked}
+    return found
+
+
+def _walked(walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]) -> dict[str, Estimate]:
+    """Parts of a walk; a path brings 0 … 1, so that the variance of a part is below the part."""
+    paths = float(walk.paths.values[0][place]) if "paths" in walk else np.inf
+    return {
+        q: Estimate(float(v[0][place]), _NORMAL * float(np.sqrt(max(v[0][place], 0.0) / paths)))
+        for q, v in components(walk, n, kd).items()
+    }
+
+
+def _expected(
+    seen: Mapping[str, Estimate],
+    ideal: Mapping[str, Estimate],
+    walk: xr.Dataset | None,
+    n: float,
+    kd: float,
+    place: tuple[int, int],
+) -> dict[str, Estimate]:
+    """Return later orders of a theory whose every event has the candidate's faults of order 1.
+
+    Orders of b body events have the ratio of the body b times, that of mirroring else.
+    """
+    if walk is None:
+        return {}
+    ratios = [seen[q].value / ideal[q].value if ideal[q].value > 0 else 1.0 for q in FIRST]
+    mirrored, body = ratios
+    flux = walk.flux
+    b = result.BODY_EVENTS[: flux.sizes["body_events"]]
+    others = np.maximum(flux.order.values[:, None] - b, 0)
+    factor = xr.DataArray(mirrored**others * body**b, dims=("order", "body_events"))
+    walked = _walked(walk.assign(flux=flux * factor), n, kd, place)
+    return {q: walked[q] for q in HIGHER if q in walked}
+
+
+def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, Estimate]:
+    """What slopes change of each part: mean of independent runs, its error from their spread."""
+    factor = float(stats.t.ppf(0.975, len(runs) - 1)) / np.sqrt(len(runs))
+    found = {}
+    for q in runs[0]:
+        values = np.array([run[q] for run in runs])
+        found[q] = Estimate(float(values.mean()), factor * float(values.std(ddof=1)))
+    return found
+
+
+def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, Estimate]:
+    """The same of later orders."""
+    albedos = result.by_kind(change, n, kd).sum("kind").transpose("batch", "order").values[:, 1:]
+    return _of_slopes([dict(zip(HIGHER, albedos[k], strict=True)) for k in range(BATCHES)])
+
+
+def _ray_errors(
+    measured: xr.Dataset, n: float, kd: float, place: tuple[int, int]
+) -> dict[str, float]:
+    """Of one surface: albedos from batches, lobes from their bins, later orders a bound."""
+    first = {"order-1 specular": "specular", "order-1 body": "body", "total": "total"}
+    found = {
+        q: float(summary.ray_error(measured, name, n, kd).values[0][place])
+        for q, name in first.items()
+    }
+    light = float(measured.light_rays.values[0][place])
+    for q, v in components(measured, n, kd).items():
+        if q in HIGHER:
+            found[q] = float(np.sqrt(v[0][place] / light))
+    for part, kind in zip(FIRST, result.KINDS, strict=True):
+        for region, mask in zip(REGIONS, region_masks(), strict=True):
+            errors = precision.region_ray_error(measured, kind, mask, n, kd)
+            found[f"{part} {region}"] = float(errors.values[0][place])
+    return found
+
+
+def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
+    """One row a term: albedos, and parts of the prediction (null where that is 0)."""
+    found = []
+    for budget in budgets:
+        place = {"theta_i": budget.theta_i, "phi_i": budget.phi_i, "kd": budget.kd}
+        for q, terms in budget.terms.items():
+            size = budget.predicted.get(q, 0.0)
+            for name in TERMS:
+                if name not in terms:
+                    continue
+                term = asdict(terms[name])
+                shares = {
+                    f"relative_{key}": term[key] / size if size > 0 else None
+                    for key in ("value", "low", "high")
+                }
+                found.append(place | term | {"predicted": size} | shares)
+    return found

@@ -1,0 +1,107 @@
+"""What a scene's own mesh and tile leave in its albedos, by pairs of surfaces.
+
+mesh: the same relief on the scene's mesh and on one twice as fine, traced by the same rays:
+most of what surfaces and rays vary by is in both and drops out. tile: surfaces of half the
+side beside the scene's own. What halving the tile changes bounds what doubling it would:
+finite-size effects fall with the size. That is assumed, not measured.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import stats
+
+from ...scene import MAX_CELLS, Accuracy, Scene
+from ...surface import Heightfield, generate_surface, realisation_seed, surface_of
+from ...trace import measure
+from .regions import components
+from .terms import Estimate
+
+Array = NDArray[np.float64]
+
+PAIRS, HALVES = 4, 8
+PATHS = 65_536
+"""For each angle of each surface, at the most."""
+_SEED = 5
+"""Spawn key: surfaces are unrelated to the scene's."""
+
+Estimates = Mapping[float, Mapping[str, tuple[Array, Array]]]
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Values and 95 % half widths by Kd and part, each of shape (theta_i, phi_i)."""
+
+    mesh: Estimates
+    tile: Estimates
+
+    def parts(self, which: str, kd: float, place: tuple[int, int]) -> dict[str, Estimate]:
+        """Estimates of one study at one incidence."""
+        found = getattr(self, which)[kd]
+        return {q: Estimate(float(v[place]), float(h[place])) for q, (v, h) in found.items()}
+
+
+def refine(
+    scene: Scene, measured: xr.Dataset, *, seed: int = 0, workers: int | None = None,
+    progress: bool = False,
+) -> Refinement | None:  # fmt: skip
+    """Measure both; None for a surface that is not generated, or can't be made twice as fine."""
+    surface = scene.surface
+    if surface.file is not None or not scene.requires.roughness or 2 * surface.cells > MAX_CELLS:
+        return None
+    paths = min(scene.accuracy.paths, PATHS)
+    asked = replace(scene, accuracy=Accuracy(paths), expect={})
+    own = realisation_seed(seed, _SEED * 1000)
+
+    half = replace(asked, surface=replace(surface, cells=max(surface.cells // 2, 2)))
+
+    def traced(surfaces: list[Heightfield]) -> xr.Dataset:
+        return measure(asked, surfaces, seed=own, workers=workers, progress=progress)
+
+    coarse, fine = (traced([_made(scene, own, r, f) for r in range(PAIRS)]) for f in (1, 2))
+    small = traced([surface_of(half, own, r) for r in range(HALVES)])
+    mesh, tile = {}, {}
+    n = scene.material.n
+    for kd in scene.material.kd:
+        a, b, c, d = (components(x, n, kd) for x in (coarse, fine, small, measured))
+        mesh[kd] = {q: _paired(a[q], b[q]) for q in a}
+        tile[kd] = {q: _bound(c[q], d[q]) for q in c}
+    return Refinement(mesh, tile)
+
+
+def _made(scene: Scene, seed: int, pair: int, factor: int) -> Heightfield:
+    """One of a pair: the scene's mesh (1) or one twice as fine (2) of the same relief."""
+    surface, rough = scene.surface, scene.roughness
+    return generate_surface(
+        rough.gamma,
+        rough.sigma_x,
+        rough.sigma_y,
+        cells=factor * surface.cells,
+        correlation=factor * surface.correlation,
+        structure=surface.structure,
+        seed=realisation_seed(seed, pair),
+        finer=2 // factor,
+    )
+
+
+def _paired(own: Array, fine: Array) -> tuple[Array, Array]:
+    """Mean difference of pairs and its half width."""
+    apart = own - fine
+    count = len(apart)
+    factor = float(stats.t.ppf(0.975, count - 1)) / np.sqrt(count)
+    return apart.mean(axis=0), factor * apart.std(axis=0, ddof=1)
+
+
+def _bound(small: Array, own: Array) -> tuple[Array, Array]:
+    """Nothing, give or take what halving changed at the most (Welch's interval)."""
+    variances = small.var(axis=0, ddof=1) / len(small)
+    freedom = len(small) - 1
+    if len(own) > 1:
+        variances = variances + own.var(axis=0, ddof=1) / len(own)
+        freedom = min(freedom, len(own) - 1)
+    half = float(stats.t.ppf(0.975, freedom)) * np.sqrt(variances)
+    change = np.abs(small.mean(axis=0) - own.mean(axis=0))
+    return np.zeros_like(change), change + half

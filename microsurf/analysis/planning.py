@@ -1,0 +1,312 @@
+"""Which mesh, how many surfaces and rays an accuracy takes, and what they cost, before they run.
+
+The mesh is the coarsest whose error was *measured* to be within the one asked for (95 % ends of
+`microsurf convergence` on built-in scenes, see `MESH_LEAVES`); where none was, the finest of
+these, and the plan says so. Rays and surfaces come from a pilot on four surfaces of that mesh:
+with the variance V_b between surfaces and V_1 of one path, R surfaces of P paths leave
+(V_b + V_1/P)/R, and P = √(V_1 A/(V_b B)) costs least, where a surface costs A and a path B.
+"""
+
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from .. import memory
+from ..errors import InputError
+from ..results import uncertainty as precision
+from ..scene import MOST_PATHS, Accuracy, Scene
+from ..surface import surfaces_of
+from ..trace import measure
+from ..trace.scheduler import MOST_SURFACES
+
+TILE = 64
+"""Side of the tile in correlation lengths: at twice that no built-in scene differed (95 %)."""
+
+MESH_LEAVES = {
+    1.75: {2.0: 7.9e-3, 4.0: 5.3e-3, 8.0: 4.6e-3},
+    2.0: {2.0: 3.1e-3, 4.0: 2.4e-3, 8.0: 2.0e-3},
+    8.0: {2.0: 4.6e-4, 4.0: 4.3e-4, 8.0: 3.3e-4},
+}
+"""By γ and cells a correlation length: the 95 % end of the difference of the total albedo to
+a mesh of 16, at the worst of 0, 30, 60, 80° (reports/convergence)."""
+
+PILOT_SURFACES, PILOT_PATHS = 4, 32_768
+SURFACE_COST = 3.0
+"""Time to make and upload a cell in that of a path on one thread: fixed, so that the same
+command plans the same on every machine."""
+_NORMAL = float(stats.norm.ppf(0.975))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What will run.
+
+    Attributes
+    ----------
+    scene : Scene
+        With the mesh, the realisations and the paths that are planned.
+    mesh_error : float or None
+        95 % bound of what the mesh leaves of the total albedo; None where nothing was measured.
+    error, lobe_error : float
+        Expected standard errors: the worst of the total albedos, and of the lobes relative to
+        themselves.
+    seconds : float
+        Expected, on this machine as busy as it was during the pilot.
+    memory : float
+        Bytes, at most.
+    notes : tuple of str
+        What the plan can't promise.
+
+    """
+
+    scene: Scene
+    mesh_error: float | None
+    error: float
+    lobe_error: float
+    seconds: float
+    memory: float
+    notes: tuple[str, ...]
+
+    def begun(self, asked: Scene) -> Scene:
+        """The scene that asked for an error, to begin with half of the planned surfaces.
+
+        More are added until the error is reached; with as many each needs fewer rays. Half,
+        because the four of the pilot know their spread to a factor of two or three only.
+        """
+        planned = self.scene.surface.realisations
+        least = max(asked.surface.realisations, planned // 2)
+        return replace(asked, surface=replace(asked.surface, realisations=least))
+
+    def as_json(self) -> dict[str, Any]:
+        """The figures, under plain names."""
+        surface = self.scene.surface
+        return {
+            "cells": surface.cells,
+            "correlation": surface.correlation,
+            "realisations": surface.realisations,
+            "paths": self.scene.accuracy.paths,
+            "expected_error": self.error,
+            "expected_lobe_error": self.lobe_error,
+            "mesh_error": self.mesh_error,
+            "seconds": self.seconds,
+            "memory_bytes": self.memory,
+            "notes": list(self.notes),
+        }
+
+    def lines(self) -> list[str]:
+        """The same for people."""
+        surface, angles = self.scene.surface, self.scene.light.angles
+        what = "plane"
+        if self.scene.requires.roughness:
+            what = surface.file or f"{surface.cells}² cells, L = {surface.correlation:g}"
+        mesh = "" if self.mesh_error is None else f"; mesh ± {self.mesh_error:.1g} at most (95 %)"
+        runs = f"{surface.realisations} × {what}, {self.scene.accuracy.paths} paths"
+        costs = f"about {_duration(self.seconds)} and {memory.gibibytes(self.memory)}"
+        errors = f"of albedos {self.error:.2g}, of lobes {self.lobe_error:.2g} of themselves"
+        return [
+            f"plan: {runs} for each of {angles} angles; {costs}",
+            f"expected: standard error {errors}{mesh}",
+            *(f"note: {note}" for note in self.notes),
+        ]
+
+
+def _duration(seconds: float) -> str:
+    units = (("s", 1, 120), ("min", 60, 120), ("h", 3600, 48), ("days", 86400, np.inf))
+    return next(f"{seconds / one:.0f} {name}" for name, one, most in units if seconds < most * one)
+
+
+def with_mesh(scene: Scene) -> Scene:
+    """The scene on the coarsest mesh that was measured to be good enough for its accuracy.
+
+    Scenes without a generated surface, or that ask for no error, are returned as they are.
+    """
+    asked = scene.accuracy.standard_error
+    if asked is None or not scene.requires.roughness or scene.surface.file is not None:
+        return scene
+    leaves = _measured(scene)
+    length = min((step for step, error in leaves.items() if error <= asked), default=max(leaves))
+    surface = replace(scene.surface, cells=round(TILE * length), correlation=length)
+    return replace(scene, surface=surface)
+
+
+def _measured(scene: Scene) -> dict[float, float]:
+    """What meshes leave at the nearest γ that is no lighter in its tail."""
+    gamma = scene.roughness.gamma
+    return MESH_LEAVES[max((g for g in MESH_LEAVES if g <= gamma), default=min(MESH_LEAVES))]
+
+
+def plan(
+    scene: Scene, *, seed: int = 0, workers: int | None = None, progress: bool = False
+) -> Plan:
+    """Run a pilot and say what the scene's accuracy takes, on the mesh that it has.
+
+    A scene that asks for paths is planned with these.
+
+    Raises
+    ------
+    InputError
+        As `measure`; or if one surface would take more paths than there may be.
+
+    """
+    needs, asked = scene.requires, scene.accuracy
+    single = scene.surface.file is not None or not needs.roughness
+    count = 1 if scene.surface.file is not None else PILOT_SURFACES
+    paths = min(PILOT_PATHS, asked.paths)
+    pilot = replace(
+        scene,
+        surface=replace(scene.surface, realisations=count),
+        accuracy=Accuracy(paths),
+        expect={},
+    )
+    begin = time.perf_counter()
+    surfaces = list(surfaces_of(pilot, seed)) if needs.roughness else None
+    seen = measure(pilot, surfaces, seed=seed, workers=workers, progress=progress)
+    wall = time.perf_counter() - begin
+    per_path = seen.attrs["seconds"] / float(seen.paths.sum())
+    per_surface = max(wall - seen.attrs["seconds"], 0.0) / count
+    wanted = _wanted(precision.of_measurement(seen, scene), asked, paths, single=single)
+    cells = surfaces[0].heights.size if surfaces else 0
+    realisations, planned = scene.surface.realisations, asked.paths
+    if asked.standard_error is not None:
+        realisations, planned = _cheapest(wanted, scene, cells, single=single)
+    elif scene.surface.file is not None:
+        realisations = 1
+    errors = [w.left(realisations, planned) for w in wanted]
+    angles = scene.light.angles
+    planned_scene = replace(
+        scene,
+        surface=replace(scene.surface, realisations=realisations),
+        accuracy=Accuracy(planned),
+    )
+    return Plan(
+        scene=planned_scene,
+        mesh_error=_mesh_error(scene),
+        error=max((e for e, w in zip(errors, wanted, strict=True) if not w.lobe), default=0.0),
+        lobe_error=max((e for e, w in zip(errors, wanted, strict=True) if w.lobe), default=0.0),
+        seconds=realisations * (per_surface + angles * planned * per_path),
+        memory=cells * memory.TRACE_BYTES_PER_CELL + realisations * angles * memory.BYTES_PER_LOBE,
+        notes=(*_notes(scene), *_missed(wanted, planned_scene)),
+    )
+
+
+def _mesh_error(scene: Scene) -> float | None:
+    if not scene.requires.roughness or scene.surface.file is not None:
+        return None
+    surface = scene.surface
+    if surface.cells < TILE * surface.correlation:
+        return None  # a smaller tile than was measured
+    steps = [step for step in MESH_LEAVES[2.0] if step <= surface.correlation]
+    return _measured(scene)[max(steps)] if steps else None
+
+
+def _notes(scene: Scene) -> list[str]:
+    """What the measured convergence does not cover."""
+    if not scene.requires.roughness or scene.surface.file is not None:
+        return []
+    notes, gamma, asked = [], scene.roughness.gamma, scene.accuracy.standard_error
+    if gamma < min(MESH_LEAVES):
+        notes.append(
+            f"γ = {gamma:g}: what a mesh leaves was measured for γ ≥ {min(MESH_LEAVES)} only; "
+            "`microsurf convergence` measures it for this scene"
+        )
+    bound = _mesh_error(scene)
+    if asked is not None and (bound is None or bound > asked):
+        known = "not known" if bound is None else f"known to ± {bound:.1g} only"
+        notes.append(
+            f"what this mesh leaves is {known}, more than the error asked for ({asked:g}); "
+            "`microsurf convergence` measures it for this scene"
+        )
+    return notes
+
+
+def _missed(wanted: "list[_Wanted]", planned: Scene) -> list[str]:
+    """Say if even the most surfaces leave more than is asked."""
+    count, paths = planned.surface.realisations, planned.accuracy.paths
+    worst = max((w.left(count, paths) / w.asked for w in wanted), default=0.0)
+    if worst <= 1:
+        return []
+    left = f"{worst:.2g} times the error asked for is left by {count} surfaces"
+    return [f"{left}, the most there are; ask for less, or give a larger lobe_error"]
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """One quantity: variances between surfaces and of one path, and the error asked of it."""
+
+    lobe: bool
+    between: float
+    of_path: float
+    asked: float
+
+    def left(self, surfaces: int, paths: int) -> float:
+        """Standard error of the mean."""
+        return float(np.sqrt((self.between + self.of_path / paths) / surfaces))
+
+    def surfaces(self, paths: float) -> float:
+        """How many it takes, not widened."""
+        return (self.between + self.of_path / paths) / self.asked**2
+
+
+def _wanted(
+    known: list[precision.Known], asked: Accuracy, paths: int, *, single: bool
+) -> list[_Wanted]:
+    """Totals as they are, lobes relative to themselves; a ``single`` surface has no others."""
+    error = asked.standard_error or np.inf
+    rows = []
+    for row in known:
+        lobe = row.quantity in precision.LOBES
+        if not lobe and row.quantity != "total":
+            continue
+        size = row.spread.mean if lobe else 1.0
+        between = 0.0 if single else (row.spread.between / size) ** 2
+        within = (row.spread.within / size) ** 2
+        wanted = (asked.lobe_error or error) if lobe else error
+        rows.append(_Wanted(lobe, between, within * paths, wanted))
+    return rows
+
+
+def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) -> tuple[int, int]:
+    """Surfaces and paths of each that leave no more than is asked, at the least cost."""
+    if not wanted:
+        return scene.surface.realisations, scene.accuracy.paths
+    if single:
+        least = 1 if scene.surface.file is not None else scene.surface.realisations
+        worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
+        each = _paths(worst.of_path / worst.asked**2 / least)
+        if each > MOST_PATHS:
+            raise InputError(
+                f"{'lobe' if worst.lobe else 'standard'}_error = {worst.asked:g}: would take about "
+                f"{each:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"
+            )
+        return least, each
+    hardest = max(wanted, key=lambda w: w.surfaces(PILOT_PATHS))
+    surface_cost = SURFACE_COST * cells / scene.light.angles
+    paths = PILOT_PATHS * 32.0
+    if hardest.between > 0:
+        paths = np.sqrt(hardest.of_path * surface_cost / hardest.between)
+    paths = min(max(paths, PILOT_PATHS / 4), PILOT_PATHS * 128.0)
+    most = min(MOST_SURFACES, memory.lobes_that_fit() // scene.light.angles)
+    least = max(scene.surface.realisations, 2)
+
+    def enough(count: int) -> bool:
+        return all(w.surfaces(paths) * _widened(count) ** 2 <= count for w in wanted)
+
+    count = next((count for count in range(least, most) if enough(count)), max(most, least))
+    # The least number of surfaces may be more than enough: then fewer rays do.
+    room = [(count * (w.asked / _widened(count)) ** 2 - w.between, w.of_path) for w in wanted]
+    if all(left > 0 for left, _ in room):
+        paths = min(paths, max(v / left for left, v in room))
+    return count, _paths(paths)
+
+
+def _widened(count: int) -> float:
+    """Few surfaces know their own spread badly, see `precision.surplus`."""
+    return float(stats.t.ppf(0.975, count - 1)) / _NORMAL
+
+
+def _paths(paths: float) -> int:
+    """A round number of them."""
+    return int(2 ** np.ceil(np.log2(max(paths, 1024.0))))

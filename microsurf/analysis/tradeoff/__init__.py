@@ -1,0 +1,1 @@
+"""Error against cost of every method, and which one to take."""

@@ -1,0 +1,263 @@
+"""The rungs of the ladder: every way of getting a reflectance, run and timed alike.
+
+Time is that of the processor, of all threads together, so that a rung that uses two cores
+is not cheaper for it. Of several angles it is the mean for one.
+"""
+
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import memory, model
+from ...results import dataset as result
+from ...scene import CORRELATIONS, Accuracy, Scene, Surface
+from ...trace import measure
+from .effort import Effort
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+Place = tuple[float, float, float]
+"""θ_i, φ_i in degrees and Kd."""
+
+AVERAGED = (1, 4)
+"""Surfaces that an explicit rung averages."""
+_AT_A_TIME = 2  # surfaces traced in one go: both cores are busy
+_PAIRS = 64  # directions that evaluations are timed with
+_MOST_WALKS = 100_000  # of all pairs together, but for one pair
+
+
+@dataclass(frozen=True)
+class Draws:
+    """What some draws say of one place: first axis the draw.
+
+    albedo, shape (K, 1); energies in the bins, shape (K, bins): specular, of light without
+    body events, and lobe, of the other.
+    """
+
+    albedo: Array
+    specular: Array
+    lobe: Array
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A way of getting a reflectance, the mean of ``averaged`` draws; ``draws`` are made.
+
+    tier : 0 takes about 0.1 s an angle or less, 1 seconds, 2 makes surfaces.
+    model : one of model.NAMES or KINDS, then with ``walks``; or "surface".
+    """
+
+    name: str
+    tier: int
+    model: str
+    walks: int = 0
+    surface: Surface | None = None
+    paths: int = 0
+    draws: int = 1
+    averaged: int = 1
+
+
+@dataclass(frozen=True)
+class Run:
+    """A rung's draws by place, seconds an angle of each repeat, and one f(i, o); bytes at most.
+
+    ``evaluation`` is None for a surface, which has no such thing. ``bytes_basis`` is
+    "measured" (of numpy's arrays) or "estimated" (of meshes and Embree's trees).
+    """
+
+    rung: Rung
+    draws: Mapping[Place, Draws]
+    seconds: tuple[float, ...]
+    evaluation: float | None = None
+    bytes: int = 0
+    bytes_basis: str = ""
+
+
+def rungs_of(scene: Scene, effort: Effort) -> list[Rung]:
+    """All rungs of a scene, about from cheap to dear; one of a flat scene, which all agree on."""
+    if not scene.requires.roughness:
+        return [Rung("flat", 0, "flat")]
+    found = [Rung(name, 0, name) for name in ("flat", "approximate")]
+    found += [
+        Rung(_walk_name(kind, walks), int(walks > _MOST_WALKS), kind, walks, draws=draws)
+        for walks, draws in effort.walks
+        for kind in model.KINDS
+    ]
+    found += [Rung(name, 1, name) for name in model.NAMES if name not in ("flat", "approximate")]
+    for factor, paths, draws in effort.meshes:
+        mesh = mesh_of(scene, factor)
+        found += [
+            Rung(
+                f"{averaged} × {mesh.cells}² L {mesh.correlation:g} {paths} rays",
+                2, "surface", surface=mesh, paths=paths, draws=draws, averaged=averaged,
+            )
+            for averaged in AVERAGED
+        ]  # fmt: skip
+    return list(dict.fromkeys(sorted(found, key=lambda rung: rung.tier)))
+
+
+def _walk_name(kind: str, walks: int) -> str:
+    return f"{kind} {walks:.0e}".replace("e+0", "e")
+
+
+def mesh_of(scene: Scene, factor: float) -> Surface:
+    """The scene's tile with another number of cells for each correlation length."""
+    cells = max(round(scene.surface.cells * factor), 2)
+    length = scene.surface.correlation * cells / scene.surface.cells
+    return replace(scene.surface, cells=cells, correlation=max(length, CORRELATIONS[0]))
+
+
+def run_all(scene: Scene, rungs: list[Rung], seed: int, *, full: bool = True) -> Iterator[Run]:
+    """Run rungs one after the other; those of the same surfaces share them.
+
+    ``full`` times evaluations and repeats, and measures memory, besides.
+    """
+    traced: dict[tuple[Surface | None, int], Run] = {}
+    for k, rung in enumerate(rungs):
+        if rung.model == "surface":
+            key = rung.surface, rung.paths
+            if key not in traced:
+                traced[key] = _surfaces(scene, rung, _seed(seed, 100 + k))
+            of_one = traced[key]
+            seconds = tuple(rung.averaged * s for s in of_one.seconds)
+            yield replace(of_one, rung=rung, seconds=seconds)
+        elif rung.walks:
+            yield _walks(scene, rung, _seed(seed, k), full=full)
+        else:
+            yield _model(scene, rung, full=full)
+
+
+def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
+    """Albedo, specular and body lobe of all orders, for each realisation of a result."""
+    flux = dataset.flux.sum("order")
+    found = {}
+    for kd in scene.material.kd:
+        kinds = result.by_kind(flux, scene.material.n, kd)
+        specular, body = (kinds.sel(kind=kind, drop=True) for kind in result.KINDS)
+        for (t, theta), (p, phi) in product(
+            enumerate(scene.light.theta), enumerate(scene.light.phi)
+        ):
+            lobes = [
+                np.asarray(v.isel(theta_i=t, phi_i=p).values).reshape(v.sizes["realisation"], -1)
+                for v in (specular, body)
+            ]
+            total = lobes[0].sum(axis=1) + lobes[1].sum(axis=1)
+            found[theta, phi, kd] = Draws(total[:, None], *lobes)
+    return found
+
+
+def joined(parts: list[dict[Place, Draws]]) -> dict[Place, Draws]:
+    """Draws of several results, one after the other."""
+    return {
+        place: Draws(*(
+            np.concatenate([getattr(part[place], name) for part in parts])
+            for name in ("albedo", "specular", "lobe")
+        ))
+        for place in parts[0]
+    }  # fmt: skip
+
+
+def trace_surfaces(
+    scene: Scene, surface: Surface, paths: int, count: int, seed: int
+) -> dict[Place, Draws]:
+    """Draws of ``count`` surfaces, each lit by ``paths`` at every angle."""
+    asked = replace(
+        scene, surface=replace(surface, realisations=count), accuracy=Accuracy(paths), expect={}
+    )
+    return draws_of(measure(asked, seed=seed), scene)
+
+
+def _seed(seed: int, *place: int) -> int:
+    return int(np.random.SeedSequence(seed, spawn_key=(4, *place)).generate_state(1)[0])
+
+
+def _timed(work: Callable[[], T]) -> tuple[T, float]:
+    begin = time.process_time()
+    found = work()
+    return found, time.process_time() - begin
+
+
+def _weighed(work: Callable[[], T]) -> tuple[T, int]:
+    """Do some work and say how many bytes numpy had at most."""
+    tracemalloc.start()
+    try:
+        found = work()
+        return found, tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def _model(scene: Scene, rung: Rung, *, full: bool) -> Run:
+    def predict() -> xr.Dataset:
+        return model.predict(scene, rung.model)
+
+    size = 0
+    if full:
+        dataset, size = _weighed(predict)  # slows it down: not timed
+        times = [_timed(predict)[1]]
+        times += [_timed(predict)[1] for _ in range(2 if times[0] > 1 else 6)]
+    else:
+        dataset, first = _timed(predict)
+        times = [first] if first > 0.05 else [_timed(predict)[1] for _ in range(3)]
+    seconds = tuple(t / scene.light.angles for t in times)
+    return Run(
+        rung, draws_of(dataset, scene), seconds, _evaluation(scene, rung) if full else None,
+        size, "measured",
+    )  # fmt: skip
+
+
+def _walks(scene: Scene, rung: Rung, seed: int, *, full: bool) -> Run:
+    def walk(k: int, walks: int) -> xr.Dataset:
+        return model.walk(scene, rung.model, walks=walks, seed=_seed(seed, k), workers=1)
+
+    walk(0, 2)  # compiled before the clock runs
+    size = _weighed(lambda: walk(0, rung.walks))[1] if full else 0
+    parts, times = [], []
+    for k in range(rung.draws):
+        dataset, seconds = _timed(lambda k=k: walk(k, rung.walks))  # type: ignore[misc]
+        parts.append(draws_of(dataset, scene))
+        times.append(seconds / scene.light.angles)
+    evaluation = _evaluation(scene, rung) if full else None
+    return Run(rung, joined(parts), tuple(times), evaluation, size, "measured")
+
+
+def _surfaces(scene: Scene, rung: Rung, seed: int) -> Run:
+    surface = rung.surface or scene.surface
+    parts, times = [], []
+    for k in range(rung.draws // _AT_A_TIME):
+        found, seconds = _timed(
+            lambda k=k: trace_surfaces(scene, surface, rung.paths, _AT_A_TIME, _seed(seed, k))  # type: ignore[misc]
+        )
+        parts.append(found)
+        times.append(seconds / (_AT_A_TIME * scene.light.angles))
+    size = surface.cells**2 * memory.TRACE_BYTES_PER_CELL
+    size += scene.light.angles * memory.BYTES_PER_LOBE
+    return Run(rung, joined(parts), tuple(times), None, size, "estimated")
+
+
+def _evaluation(scene: Scene, rung: Rung) -> float:
+    """Seconds of one f(i, o): of many at a time for a model, with its walks for a walk."""
+    one = replace(scene, material=replace(scene.material, kd=(max(scene.material.kd),)))
+    rng = np.random.default_rng(0)
+    pairs = _PAIRS if not rung.walks else max(1, _MOST_WALKS // rung.walks)
+    i = model.direction(np.radians(scene.light.theta[0]), np.radians(scene.light.phi[0]))
+    o = model.direction(np.arccos(rng.random(pairs)), 2 * np.pi * rng.random(pairs))
+    directions = np.broadcast_to(i, o.shape)
+
+    def evaluate() -> object:
+        if rung.walks:
+            return model.evaluate_walk(one, directions, o, rung.model, rung.walks, rng)
+        return model.evaluate(one, directions, o, rung.model)
+
+    if rung.walks:
+        model.evaluate_walk(one, directions[:1], o[:1], rung.model, 2, rng)  # compiled
+    times = [_timed(evaluate)[1] for _ in range(3 if rung.walks <= _MOST_WALKS else 1)]
+    return float(np.median(times)) / pairs

@@ -1,0 +1,174 @@
+"""The cheapest rung that is good enough for a scene, by measurement.
+
+The reference is traced until its 95 % half-width is a quarter of the tolerance, or as far
+as the effort goes; then rungs are run from cheap to dear until one of them stays below the
+tolerance with 95 % confidence. Nothing is extrapolated: what could not be decided is called
+so, with what deciding it would cost.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...errors import InputError
+from ...scene import Scene
+from ..ablation import Effect, contributions
+from . import pareto as ladder
+from .effort import EFFORTS, Effort
+from .methods import Run, run_all, rungs_of
+from .pareto import Error, Point
+from .study import CHOICES, Reference, bar, check, point, quantities_of, refer, squared
+
+SHARE = 4
+"""The reference's half-width is to be this part of the tolerance."""
+_EXPLICIT = 2
+"""Tier of the explicit rungs, which are run by mesh, coarse to fine, and by rays."""
+_FEW = 4
+"""Surfaces of the reference at first: doubled until that is so."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A rung that was run: what it costs and errs by, and the verdict against the tolerance.
+
+    run : its draws. verdict : "holds" (below it with 95 % confidence), "fails" (all of the
+    95 % interval lies above it) or "undecided".
+    """
+
+    run: Run
+    point: Point
+    error: Error
+    verdict: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What to use, None if nothing was shown to hold; what was tried, from cheap to dear."""
+
+    quantity: str
+    tolerance: float
+    chosen: Judged | None
+    tried: list[Judged]
+    skipped: list[str]
+    reference: Reference
+    effects: list[Effect]
+    note: str
+    seconds: float
+
+    @property
+    def best(self) -> Judged:
+        """The chosen rung, or the one with the least error that was found."""
+        return self.chosen or min(self.tried, key=lambda one: one.error.below)
+
+
+def advise(
+    scene: Scene,
+    tolerance: float,
+    quantity: str = "albedo",
+    effort: Effort = EFFORTS["quick"],
+    *,
+    seed: int = 0,
+    effects: bool = True,
+    progress: bool = False,
+) -> Advice:
+    """Find the cheapest rung whose error of a quantity stays below a tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of a made surface. Of several angles and Kd the worst must hold.
+    tolerance : float
+        Relative, 1e−4 … 1.
+    quantity : str
+        "albedo", "peak" (the specular peak's height) or "lobe" (the body lobe over its
+        bins, root of the sum of squares).
+    effects : bool
+        Whether to measure what each effect contributes.
+
+    Raises
+    ------
+    InputError
+        As `tradeoff`, or if the tolerance or the quantity can't be asked of the scene.
+
+    """
+    check(scene)
+    _check(scene, tolerance, quantity)
+    begin = time.perf_counter()
+    rungs = rungs_of(scene, effort)
+    tried: list[Judged] = []
+    with bar(len(rungs) + effort.surfaces, progress=progress) as shown:
+        wanted = quantity, tolerance / SHARE
+        few = replace(effort, surfaces=min(_FEW, effort.surfaces))
+        reference = refer(scene, few, seed, wanted=wanted, shown=shown)
+        skipped = [rung.name for rung in rungs]
+        for tier in sorted({rung.tier for rung in rungs}):
+            for run in run_all(scene, [r for r in rungs if r.tier == tier], seed, full=False):
+                tried.append(_judge(run, reference, quantity, tolerance))
+                skipped.remove(run.rung.name)
+                shown.update()
+                # Means of several and finer meshes, which come next, are dearer than one draw.
+                if run.rung.tier == _EXPLICIT and run.rung.averaged == 1 and _holds(tried[-1:]):
+                    break
+            # Dearer tiers hold nothing cheaper than this one does.
+            if _holds(tried):
+                break
+        found = contributions(scene, quantity, seed=seed) if effects else []
+        shown.update(shown.total - shown.n)
+    tried.sort(key=lambda one: one.point.seconds)
+    chosen = next((one for one in tried if one.verdict == "holds"), None)
+    note = _note(reference, quantity, tolerance, tried, chosen)
+    seconds = time.perf_counter() - begin
+    return Advice(quantity, tolerance, chosen, tried, skipped, reference, found, note, seconds)
+
+
+def _check(scene: Scene, tolerance: float, quantity: str) -> None:
+    if not 1e-4 <= tolerance <= 1:
+        raise InputError(f"tolerance = {tolerance:g}: must be 1e-4 … 1, relative")
+    if quantity not in CHOICES:
+        raise InputError(f"quantity = {quantity!r}: must be one of {', '.join(CHOICES)}")
+    if quantity not in quantities_of(scene):
+        lacks = "interface, so no specular peak" if quantity == "peak" else "body lobe at its Kd"
+        raise InputError(f"quantity = {quantity!r}: the scene has no {lacks}; ask for albedo")
+
+
+def _holds(tried: list[Judged]) -> bool:
+    return any(one.verdict == "holds" for one in tried)
+
+
+def _judge(run: Run, reference: Reference, quantity: str, tolerance: float) -> Judged:
+    placed = point(run, squared(run, reference, quantity))
+    error = ladder.error(placed.squared)
+    if error.below <= tolerance:
+        return Judged(run, placed, error, "holds", f"below {error.below:.2g} with 95 % confidence")
+    if error.low > tolerance:
+        return Judged(run, placed, error, "fails", f"above {error.low:.2g} with 95 % confidence")
+    why = f"between {error.low:.2g} and {error.high:.2g}: not told from {tolerance:g}"
+    return Judged(run, placed, error, "undecided", why)
+
+
+def _note(
+    reference: Reference,
+    quantity: str,
+    tolerance: float,
+    tried: list[Judged],
+    chosen: Judged | None,
+) -> str:
+    """What the reference did not reach, and what it would cost to decide."""
+    cheaper = tried[: tried.index(chosen)] if chosen else tried
+    open_ones = sum(one.verdict == "undecided" for one in cheaper)
+    half, wanted = reference.half_width[quantity], tolerance / SHARE
+    lines = []
+    if chosen is None:
+        lines.append("no rung was shown to hold the tolerance")
+    if half > wanted:
+        more = int(np.ceil(reference.surfaces * (half / wanted) ** 2))
+        seconds = reference.seconds * more / reference.surfaces
+        lines.append(
+            f"the reference is known to ±{half:.2g}, not to ±{wanted:.2g}: "
+            f"that would take about {more} surfaces, {seconds:.0f} s of processor time"
+        )
+    if open_ones:
+        lines.append(f"{open_ones} cheaper rung{'s' * (open_ones > 1)} could not be decided")
+    return "; ".join(lines)

@@ -1,0 +1,236 @@
+"""Speed against accuracy: every rung's cost and its error against one explicit reference.
+
+The reference is traced on surfaces of a finer mesh, which no rung shares, and has
+an error of its own that is in every interval. Errors of several angles and Kd: the largest
+counts. Costs are processor seconds for an angle.
+"""
+
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ...errors import InputError
+from ...results import peak
+from ...scene import Scene, Surface
+from . import pareto as ladder
+from .effort import EFFORTS, Effort
+from .methods import Draws, Place, Run, joined, run_all, rungs_of, trace_surfaces
+from .pareto import Point, Squared
+
+Array = NDArray[np.float64]
+
+QUANTITIES = {
+    "albedo": "total albedo, relative",
+    "peak": "specular peak's height, relative",
+    "lobe": "body lobe over its bins, relative",
+    "position": "specular peak's position, degrees",
+    "width": "specular peak's width, degrees",
+}
+CHOICES = ("albedo", "peak", "lobe")
+"""Those that a tolerance can be given for."""
+_DEGREES = ("position", "width")
+_LEAST_TILE = 32
+"""Side of the reference's tile in correlation lengths, at least."""
+_JITTER = 1.1
+"""Factor by which costs vary from run to run beyond what repeats within one show."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Draws of the explicit reference by place, and what they are of.
+
+    ``half_width`` is that of its 95 % interval, by quantity, relative; of its surfaces alone:
+    what its mesh leaves is not in it.
+    """
+
+    draws: dict[Place, Draws]
+    surface: Surface
+    paths: int
+    seconds: float
+    rough: bool = True
+    half_width: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def surfaces(self) -> int:
+        """How many were traced."""
+        return len(next(iter(self.draws.values())).albedo)
+
+    @property
+    def text(self) -> str:
+        """What it is of, for people."""
+        made = f"{self.surfaces} times one flat facet"
+        if self.rough:
+            made = f"{self.surfaces} surfaces of {self.surface.cells}² cells, "
+            made += f"L = {self.surface.correlation:g}"
+        return f"reference: {made}, {self.paths} rays each"
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Every rung's run, and by quantity its points and which are dominated by which."""
+
+    scene: Scene
+    reference: Reference
+    runs: list[Run]
+    points: dict[str, list[Point]]
+    dominated: dict[str, dict[str, str]]
+    seconds: float
+
+
+def tradeoff(
+    scene: Scene, effort: Effort = EFFORTS["quick"], *, seed: int = 0, progress: bool = False
+) -> Tradeoff:
+    """Run the ladder on a scene.
+
+    Raises
+    ------
+    InputError
+        If the scene reflects nothing, or its surface comes from a file.
+
+    """
+    check(scene)
+    begin = time.perf_counter()
+    rungs = rungs_of(scene, effort)
+    runs = []
+    with bar(len(rungs) + effort.surfaces, progress=progress) as shown:
+        reference = refer(scene, effort, seed, shown=shown)
+        for run in run_all(scene, rungs, seed):
+            runs.append(run)
+            shown.update()
+    return replace(judged(scene, reference, runs), seconds=time.perf_counter() - begin)
+
+
+def judged(scene: Scene, reference: Reference, runs: list[Run]) -> Tradeoff:
+    """Points of all runs by quantity, and which are dominated; seconds are those of the runs."""
+    points = {
+        name: [point(run, squared(run, reference, name)) for run in runs]
+        for name in quantities_of(scene)
+    }
+    dominated = {name: ladder.dominated(of) for name, of in points.items()}
+    seconds = sum(scene.light.angles * sum(run.seconds) for run in runs)
+    return Tradeoff(scene, reference, runs, points, dominated, seconds)
+
+
+def check(scene: Scene) -> None:
+    """Refuse what the ladder is not for."""
+    if not (scene.requires.interface or scene.requires.substrate):
+        raise InputError(
+            "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
+        )
+    if scene.surface.file is not None:
+        raise InputError(
+            f"surface.file = {scene.surface.file}: the ladder is for made surfaces; "
+            "fit the file (`microsurf validate`) and give its gamma and sigma"
+        )
+
+
+def quantities_of(scene: Scene) -> list[str]:
+    """Those of QUANTITIES that are not zero by the scene's material."""
+    needs = scene.requires
+    there = {"albedo": True, "lobe": needs.substrate and min(scene.material.kd) > 0}
+    return [name for name in QUANTITIES if there.get(name, needs.interface)]
+
+
+def bar(total: int, *, progress: bool) -> "tqdm[None]":
+    """A progress bar on standard error, if that is a terminal."""
+    return tqdm(total=total, disable=None if progress else True, desc="ladder", unit="step")
+
+
+def reference_seed(seed: int, batch: int) -> int:
+    """Seed of a batch of reference surfaces, unrelated to those of the rungs."""
+    return int(np.random.SeedSequence(seed, spawn_key=(5, batch)).generate_state(1)[0])
+
+
+def refer(
+    scene: Scene,
+    effort: Effort,
+    seed: int,
+    *,
+    wanted: tuple[str, float] | None = None,
+    shown: "tqdm[None] | None" = None,
+) -> Reference:
+    """Trace the reference; with ``wanted`` (quantity, half-width) as many surfaces as it takes.
+
+    Surfaces are added by as many as there are, up to the effort's most: whether that was
+    enough stands in ``half_width``.
+    """
+    own = scene.surface
+    if scene.requires.roughness:
+        length = own.correlation * effort.finer
+        # On a smaller tile: as many cells tell more of a finer mesh than of one surface.
+        cells = round(max(own.cells * effort.cells * effort.finer / 2, _LEAST_TILE * length))
+        own = replace(own, cells=cells, correlation=length)
+    begin = time.process_time()
+    parts: list[dict[Place, Draws]] = []
+    count = effort.surfaces
+    while True:
+        batch = reference_seed(seed, len(parts))
+        parts.append(trace_surfaces(scene, own, effort.paths, count, batch))
+        if shown is not None:
+            shown.update(count if len(parts) == 1 else 0)
+        draws = joined(parts)
+        seconds = time.process_time() - begin
+        found = Reference(draws, own, effort.paths, seconds, scene.requires.roughness)
+        found = with_half_widths(scene, found)
+        if wanted is None or found.half_width[wanted[0]] <= wanted[1]:
+            return found
+        count = min(found.surfaces, effort.most - found.surfaces)
+        if count < 1:
+            return found
+
+
+def with_half_widths(scene: Scene, reference: Reference) -> Reference:
+    """The reference with its own uncertainty, by quantity."""
+    found = {
+        name: max(ladder.half_width(other) for _, other in _pairs(None, reference, name))
+        for name in quantities_of(scene)
+        if name not in _DEGREES
+    }
+    return replace(reference, half_width=found)
+
+
+def squared(run: Run, reference: Reference, name: str) -> Squared:
+    """E² of one quantity of a rung; see `verdict.ladder`."""
+    pairs = _pairs(run, reference, name)
+    return ladder.squared(pairs, run.rung.averaged, absolute=name in _DEGREES)
+
+
+def _pairs(run: Run | None, reference: Reference, name: str) -> list[tuple[Array, Array]]:
+    """Draws of a quantity of the rung (none without one) and of the reference, by place."""
+    pairs = []
+    for place, of_reference in reference.draws.items():
+        own = of_reference if run is None else run.draws[place]
+        if name in ("albedo", "lobe"):
+            pairs.append((getattr(own, name), getattr(of_reference, name)))
+            continue
+        spread = peak.spread_of(of_reference.specular.mean(axis=0))
+        cuts, theirs = (peak.cut(d.specular, spread) for d in (own, of_reference))
+        figure = _Figure(("peak", *_DEGREES).index(name))
+        theirs = ladder.pseudo_values(theirs, figure)
+        # One run is what a user gets; of a mean of several only the jackknife knows.
+        if run is None or run.rung.averaged > 1:
+            mine = ladder.pseudo_values(cuts, figure)
+        else:
+            mine = np.array([figure(cut) for cut in cuts])
+        pairs.append((mine, theirs))
+    return pairs
+
+
+@dataclass(frozen=True)
+class _Figure:
+    """One figure of a cut, as an array of one."""
+
+    which: int
+
+    def __call__(self, cut: Array) -> Array:
+        return peak.figures(cut)[[self.which]]
+
+
+def point(run: Run, found: Squared) -> Point:
+    """A rung's place among others: median cost, its range widened by what repeats do not show."""
+    cost = np.array(run.seconds)
+    ends = float(cost.min()) / _JITTER, float(cost.max()) * _JITTER
+    return Point(run.rung.name, float(np.median(cost)), *ends, found)

@@ -1,0 +1,119 @@
+"""microsurf advise: the cheapest rung that is good enough for a scene."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..analysis.tradeoff.effort import EFFORTS
+from ..analysis.tradeoff.recommend import Advice, Judged, advise
+from ..analysis.tradeoff.study import CHOICES
+from ..scene import toml as scene_file
+from .options import PATH, as_json, beyond, check_tail, effort, seed
+from .output import show, write
+
+
+@click.command("advise")
+@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.option("--tolerance", type=float, required=True, help="Largest relative error, 1e-4 … 1.")
+@click.option(
+    "--quantity",
+    type=click.Choice(CHOICES),
+    default="albedo",
+    show_default=True,
+    help="Total albedo, height of the specular peak, or body lobe over its bins.",
+)
+@effort
+@seed
+@beyond
+@as_json
+def advise_command(
+    scene: Path,
+    tolerance: float,
+    quantity: str,
+    effort: str,
+    seed: int,
+    beyond: bool,
+    as_json: bool,
+) -> None:
+    """Find the cheapest way to a reflectance whose measured error stays below a tolerance.
+
+    Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
+    """
+    asked = scene_file.read(scene)
+    stated = check_tail(asked, beyond)
+    found = advise(asked, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
+    if as_json:
+        show(_values(found) | stated, as_json=True)
+        return
+    write("\n".join(_lines(found)))
+
+
+def _values(found: Advice) -> dict[str, Any]:
+    best = found.best
+    return {
+        "quantity": found.quantity,
+        "tolerance": found.tolerance,
+        "rung": found.chosen.point.name if found.chosen else None,
+        "best": best.point.name,
+        "error": best.error.value,
+        "error_ci": [best.error.low, best.error.high],
+        "error_below": best.error.below,
+        "seconds": best.point.seconds,
+        "alternatives": [_row(one) for one in found.tried if one is not best],
+        "not_run": found.skipped,
+        "effects": [vars(effect) for effect in found.effects],
+        "reference": {
+            "surfaces": found.reference.surfaces,
+            "cells": found.reference.surface.cells,
+            "correlation": found.reference.surface.correlation,
+            "paths": found.reference.paths,
+            "half_width": found.reference.half_width[found.quantity],
+            "seconds": found.reference.seconds,
+        },
+        "note": found.note,
+        "total_seconds": found.seconds,
+    }
+
+
+def _row(one: Judged) -> dict[str, Any]:
+    return {
+        "rung": one.point.name,
+        "seconds": one.point.seconds,
+        "error": one.error.value,
+        "error_ci": [one.error.low, one.error.high],
+        "verdict": one.verdict,
+        "why": one.why,
+    }
+
+
+def _lines(found: Advice) -> list[str]:
+    reference = found.reference
+    best = found.best
+    if found.chosen:
+        head = f"use {best.point.name}: error of the {found.quantity} {best.why}"
+    else:
+        head = f"nothing shown to hold {found.tolerance:g}; best found: {best.point.name}"
+    lines = [
+        f"{head}, {best.point.seconds:.3g} s an angle",
+        f"{reference.text}: ± {100 * reference.half_width[found.quantity]:.2g} %",
+    ]
+    if found.note:
+        lines.append(f"note: {found.note}")
+    lines.append("\nrung, seconds an angle, error in % (95 % interval)")
+    width = max(len(one.point.name) for one in found.tried)
+    lines += [
+        f"  {one.point.name:<{width}}  {one.point.seconds:8.3g}  {100 * one.error.value:7.2f} "
+        f"({100 * one.error.low:.2f} … {100 * one.error.high:.2f})  {one.verdict}"
+        for one in found.tried
+    ]
+    if found.skipped:
+        lines.append(f"not run, dearer: {', '.join(found.skipped)}")
+    if found.effects:
+        lines.append(f"\nleft out, it changes the {found.quantity} by, in % (95 % interval)")
+    lines += [
+        f"  {e.name:<22}  {100 * e.change:+7.2f} "
+        f"({100 * e.low:+.2f} … {100 * e.high:+.2f})  {e.how}"
+        for e in found.effects
+    ]
+    return lines

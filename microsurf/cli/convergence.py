@@ -1,0 +1,134 @@
+"""microsurf convergence: what mesh, tile, realisations and rays leave as error."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import memory
+from ..analysis.convergence.steps import EFFORTS
+from ..analysis.convergence.study import Convergence, Row, converge
+from ..report import make_folder
+from ..report.figures.convergence import draw
+from ..scene import Scene
+from ..scene import toml as scene_file
+from ..surface import notes_on_file
+from .options import PATH, as_json, beyond, check_from_file, check_tail, say, seed, workers
+from .output import show, write
+from .save import rounded, save_study
+
+STUDIES = ("mesh", "tile", "realisations", "rays")
+_COLUMNS = (
+    "study", "cells", "correlation", "tile", "realisations", "groups", "paths", "repeats",
+    "quantity", "theta_i", "phi_i", "kd",
+    "value", "error", "deviation", "claimed", "difference", "low", "high",
+)  # fmt: skip
+
+
+@click.command("convergence")
+@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.option("--out", type=PATH, help="Folder; default reports/convergence/ and the scene's name.")
+@click.option(
+    "--effort",
+    type=click.Choice(list(EFFORTS)),
+    default="quick",
+    show_default=True,
+    help="quick: minutes, meshes up to 1024 cells a side; full: more of all, up to 2048.",
+)
+@beyond
+@seed
+@workers
+@as_json
+def convergence_command(
+    scene: Path,
+    out: Path | None,
+    effort: str,
+    beyond: bool,
+    seed: int,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Refine the mesh, enlarge the tile, add realisations and rays, and show what each leaves.
+
+    Example: microsurf convergence my_scene.toml --effort quick
+    """
+    asked = scene_file.read(scene)
+    check_tail(asked, beyond)
+    _check(asked, EFFORTS[effort].cells)
+    out = Path("reports/convergence") / scene.stem if out is None else out
+    make_folder(out)
+    found = converge(asked, EFFORTS[effort], seed=seed, workers=workers, progress=True)
+    values: dict[str, Any] = {
+        "scene": scene.stem, "effort": effort, "seed": seed, **asdict(found), "out": str(out),
+    }  # fmt: skip
+    _save(found, values, out)
+    if as_json:
+        show(values, as_json=True)
+        return
+    write("\n".join(_summary(asked, found)))
+    write(f"\nfigure: {out / 'convergence.png'}   ({found.seconds:.0f} s)")
+
+
+def _check(asked: Scene, most: int) -> None:
+    """Refuse what would not fit, and a file that is not there, before any work."""
+    if asked.surface.file is not None:
+        check_from_file(asked, {})
+        say(notes_on_file(asked))
+    elif asked.requires.roughness:
+        cells = max(most, asked.surface.cells)
+        memory.require(cells**2, memory.TRACE_BYTES_PER_CELL, "surface.cells")
+
+
+def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:
+    table = [
+        dict.fromkeys(_COLUMNS) | {"study": study} | row
+        for study in STUDIES
+        for row in getattr(found, study)
+    ]
+    figure = draw(found, values["scene"])
+    save_study(out, "convergence", figure, rounded(table, 7), values, dpi=85)
+
+
+def _summary(asked: Scene, found: Convergence) -> list[str]:
+    """What the scene's own settings leave, for people."""
+    surface = asked.surface
+    lines = [f"note: {found.note}"] if found.note else []
+    if found.mesh:
+        lines.append(
+            f"What {surface.cells} cells, L = {surface.correlation:g}, {surface.realisations} "
+            "realisations leave, in %: mesh and tile as differences to the finest measured "
+            "(95 % interval), surfaces and rays as standard errors"
+        )
+    head = ["quantity", "θ_i", "φ_i", "Kd", "mesh", "tile", "surfaces", "rays"]
+    table = [head, *(_cells(row) for row in found.left)]
+    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
+    lines += ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in table]
+    if found.left:
+        lines.append(f"(rays: {found.left[0]['rays_paths']} paths an angle and surface)")
+    seen = [row for row in found.orders if row["order"] is not None]
+    if found.orders:
+        lines.append(
+            f"order of convergence: known for {len(seen)} of {len(found.orders)} (differences "
+            "of at least three standard errors and one sign)"
+        )
+    lines += [
+        f"  {row['study']}, {row['quantity']}, θ_i {row['theta_i']:g}: {row['order']:.2f} "
+        f"({row['low']:.2f} … {row['high']:.2f})"
+        for row in seen
+    ]
+    return lines
+
+
+def _cells(row: Row) -> list[str]:
+    def interval(study: str) -> str:
+        if study not in row:
+            return "–"
+        ends = (row[study], row[f"{study}_low"], row[f"{study}_high"])
+        return "{:+.2f} ({:+.2f} … {:+.2f})".format(*(100 * v for v in ends))
+
+    def error(study: str) -> str:
+        return f"{100 * row[study]:.3f}" if study in row else "–"
+
+    place = [row["quantity"], *(f"{row[key]:g}" for key in ("theta_i", "phi_i", "kd"))]
+    return [*place, interval("mesh"), interval("tile"), error("realisations"), error("rays")]

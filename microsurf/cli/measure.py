@@ -1,0 +1,209 @@
+"""microsurf measure: ray-trace a surface."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import xarray as xr
+
+from .. import memory
+from ..errors import InputError, MicrosurfError
+from ..files import check_writable
+from ..results import albedo as summary
+from ..results import dataset as result
+from ..results import uncertainty as precision
+from ..scene import Scene
+from ..surface import notes_on_file
+from ..trace import checkpoint as keep
+from ..trace import measure
+from ..trace.cluster import Crew, connected
+from .options import (
+    PATH,
+    accuracy,
+    as_json,
+    beyond,
+    check_described,
+    check_from_file,
+    check_tail,
+    compose,
+    dry_run,
+    generated,
+    light,
+    material,
+    roughness,
+    say,
+    seed,
+    with_mesh_chosen,
+    workers,
+)
+from .output import check_ending, show
+from .planned import planned
+
+
+@click.command("measure")
+@click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
+@click.option("--surface", "surface_file", type=PATH, help="A heightfield instead of making one.")
+@click.option("--spacing", type=float, help="Side of its cells, if the file does not say.")
+@click.option("--boundary", help="How it goes on beyond its edge: periodic or mirror.")
+@click.option("--level", help="Take out its trend first: none, plane or quadratic.")
+@roughness
+@material
+@generated
+@light
+@accuracy
+@click.option("--realisations", type=int, help="Surfaces of the same kind. Default 4.")
+@beyond
+@seed
+@workers
+@click.option("--scheduler", metavar="tcp://HOST:PORT", help="Work on a dask cluster instead.")
+@click.option("--out", type=PATH, help="Write the result as FILE.nc.")
+@click.option("--resume", is_flag=True, help="Go on with a run to --out that was killed.")
+@dry_run
+@as_json
+def measure_command(
+    scene_file: Path | None, seed: int, workers: int | None, scheduler: str | None,
+    out: Path | None, resume: bool, beyond: bool, dry_run: bool, as_json: bool, **given: Any,
+) -> None:  # fmt: skip
+    """Ray-trace a surface and print its albedos with their standard errors.
+
+    Example: microsurf measure --gamma 2 --sigma 0.5 --n 1.5 --kd 0.8 --theta 60
+
+    \b
+    Until an error is reached, with what that takes said before; on the machines of
+    a cluster; gone on with if killed (what is finished lies in m.nc.parts):
+      microsurf measure scene.toml --standard-error 1e-3 --dry-run
+      microsurf measure scene.toml --standard-error 1e-3 --out m.nc
+      microsurf measure scene.toml --scheduler tcp://localhost:8786 --out m.nc
+      microsurf measure scene.toml --standard-error 1e-3 --out m.nc --resume
+    """  # noqa: D301 - click keeps the lines after \b as they are
+    if given["surface_file"] is None:
+        check_described(scene_file, given)
+    asked = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
+    check_from_file(asked, given)
+    stated = {**check_tail(asked, beyond), **say(notes_on_file(asked))}
+    memory.require_lobes(asked.surface.realisations, asked.light.angles)
+    parts = None
+    if out is not None:
+        check_ending(out, ".nc")
+        check_writable(out)
+        parts = out.with_name(f"{out.name}.parts")
+    elif resume:
+        raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
+    surface_paths = None
+    if dry_run or asked.accuracy.standard_error is not None:
+        made = planned(asked, seed, workers)
+        if dry_run:
+            show(made.as_json(), as_json)
+            return
+        asked, surface_paths = made.begun(asked), made.scene.accuracy.paths
+    with _crew(scheduler, workers) as crew:
+        measured = measure(
+            asked,
+            seed=seed,
+            workers=crew.workers if crew else workers,
+            executor=crew.executor if crew else None,
+            keep=parts,
+            resume=resume,
+            surface_paths=surface_paths,
+            progress=True,
+        )
+    paths = float(measured.paths.sum())
+    values = {
+        **summary.figures(measured, asked.material.n, asked.material.kd),
+        **summary.losses(measured),
+        "paths": int(paths),
+        "light_rays": int(measured.light_rays.sum()),
+        "rays": int(measured.attrs["rays"]),
+        "grazes": int(measured.attrs["grazes"]),
+        "leaks": int(measured.leaks.sum()),
+        "seconds": measured.attrs["seconds"],
+        "paths_per_second": paths / measured.attrs["seconds"],
+        "embree_ratio": measured.attrs["embree_ratio"],
+        **stated,
+    }
+    errors = precision.as_json(measured, asked)
+    values["errors"] = errors if as_json else _for_people(errors)
+    if asked.accuracy.standard_error is not None:
+        values |= _reached(measured, asked)
+        _say(values, asked)
+    if out is not None and parts is not None:
+        _put(measured, out, parts)
+        values["file"] = str(out)
+    show(values, as_json)
+
+
+def _for_people(errors: list[dict[str, Any]]) -> str:
+    """What to buy next for the total albedo, the worst angle and Kd."""
+    totals = [row for row in errors if row["quantity"] == "total"]
+    if not totals:
+        return "none: nothing is reflected"
+    worst = max(totals, key=lambda row: row["error"] / (row["mean"] or 1.0))
+    return f"total albedo at {worst['theta_i']:g}°: {worst['advice']}"
+
+
+@contextmanager
+def _crew(scheduler: str | None, workers: int | None) -> Iterator[Crew | None]:
+    """Workers of a cluster, or None: threads."""
+    if scheduler is None:
+        yield None
+        return
+    if workers is not None:
+        raise InputError(
+            f"--workers {workers} and --scheduler {scheduler}: give one of both; "
+            "a cluster has the workers that were started for it"
+        )
+    with connected(scheduler) as crew:
+        yield crew
+
+
+def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
+    """Write the result, then remove the pieces; killed in between, it leaves no half file."""
+    whole = parts / keep.RESULT
+    result.save(measured, whole)
+    try:
+        whole.replace(out)
+    except OSError as error:
+        raise MicrosurfError(
+            f"{out}: could not be written ({error.strerror}); "
+            "what is finished is kept, start again with --resume"
+        ) from error
+    keep.clear(parts)
+
+
+def _reached(measured: xr.Dataset, asked: Scene) -> dict[str, Any]:
+    """What a run that was asked for an error came to; lists as in `summary.figures`."""
+    n, kds = asked.material.n, asked.material.kd
+
+    def lobes(kd: float) -> list[float]:
+        """Greater error of both lobes at each angle."""
+        kinds = [precision.lobe_error(measured, kind, n, kd) for kind in result.KINDS]
+        return list(np.max([errors.values.ravel() for errors in kinds], axis=0).tolist())
+
+    paths = measured.paths.sum("realisation").values.ravel()
+    by_angle = list(zip(*map(lobes, kds), strict=True))
+    return {
+        "lobe_error": _listed([_listed(list(row)) for row in by_angle]),
+        "realisations": measured.sizes["realisation"],
+        "paths_by_angle": _listed(paths.astype(int).tolist()),
+        "reached": precision.surplus(measured, asked) <= 1,
+    }
+
+
+def _listed(values: list[Any]) -> Any:
+    return values[0] if len(values) == 1 else values
+
+
+def _say(values: dict[str, Any], asked: Scene) -> None:
+    """Tell on stderr whether the error asked for was reached."""
+    error, lobe = asked.accuracy.standard_error, asked.accuracy.lobe_error
+    albedo, lobes = (np.max(values[key]) for key in ("albedo_se", "lobe_error"))
+    click.echo(
+        f"{'reached' if values['reached'] else 'NOT reached'}: "
+        f"standard error of albedos {albedo:.2g} (asked {error:g}), "
+        f"of lobes {lobes:.2g} of themselves (asked {lobe or error:g}), "
+        f"with {values['paths']:.3g} paths on {values['realisations']} realisations",
+        err=True,
+    )

@@ -1,0 +1,14 @@
+"""How commands plan a run: they say on stderr what it will take."""
+
+import click
+
+from ..analysis.planning import Plan, plan
+from ..scene import Scene
+
+
+def planned(scene: Scene, seed: int, workers: int | None, name: str = "") -> Plan:
+    """Plan a measurement and tell people, under its name if it is one of several."""
+    made = plan(scene, seed=seed, workers=workers, progress=True)
+    lines = [name, *(f"  {line}" for line in made.lines())] if name else made.lines()
+    click.echo("\n".join(lines), err=True)
+    return made

@@ -1,0 +1,142 @@
+"""microsurf predict: the theory alone."""
+
+import csv
+import io
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import model
+from ..errors import InputError
+from ..files import check_readable, check_writable
+from ..results import albedo as summary
+from ..results import dataset as result
+from ..scene import Scene
+from .options import PATH, as_json, check_described, compose, light, material, roughness, seed
+from .output import check_ending, show, write
+
+
+@click.command("predict")
+@click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
+@roughness
+@material
+@light
+@click.option(
+    "--model",
+    "name",
+    type=click.Choice([*model.NAMES, *model.KINDS]),
+    default="smith",
+    show_default=True,
+)
+@click.option(
+    "--paths", type=int, help="Walks of a -walk: for each angle (default 1000000), or row (10000)."
+)
+@seed
+@click.option("--directions", type=PATH, help="CSV of theta_i,phi_i,theta_o,phi_o in degrees.")
+@click.option("--out", type=PATH, help="Write the result as FILE.nc.")
+@as_json
+def predict_command(
+    scene_file: Path | None, name: str, directions: Path | None, out: Path | None, as_json: bool,
+    seed: int, **given: Any,
+) -> None:  # fmt: skip
+    """Print what the theory alone says: one bounce, or with a -walk all of them.
+
+    Example: microsurf predict --gamma 2 --sigma 0.5 --theta 60 --model smith
+    """
+    if name != "flat":
+        check_described(scene_file, given)
+    asked = compose(scene_file, **given)
+    if asked.surface.file is not None and given["sigma"] is None and name != "flat":
+        raise InputError(
+            f"{scene_file}: its surface is {asked.surface.file}, of unknown roughness; give "
+            "--gamma and --sigma, or `microsurf validate` fits them"
+        )
+    if directions is not None:
+        for option, used in (
+            ("--json", as_json),
+            ("--out", out is not None),
+            ("--theta", given["theta"] is not None),
+            ("--phi", given["phi"] is not None),
+        ):
+            if used:
+                raise InputError(f"--directions: prints CSV of its own angles; leave out {option}")
+        rng = np.random.default_rng(seed)
+        _print_directions(asked, name, directions, given["paths"] or _WALKS, rng)
+        return
+    if out is not None:
+        check_ending(out, ".nc")
+        check_writable(out)
+    begin = time.perf_counter()
+    if name in model.KINDS:
+        predicted = model.walk(asked, name, seed=seed, progress=True)
+    else:
+        predicted = model.predict(asked, name)
+    seconds = time.perf_counter() - begin
+    values = {
+        "model": name,
+        **summary.figures(predicted, asked.material.n, asked.material.kd),
+        "lost": summary.losses(predicted)["lost"] if name in model.KINDS else 0.0,
+        "seconds": seconds,
+    }
+    if out is not None:
+        result.save(predicted, out)
+        values["file"] = str(out)
+    show(values, as_json)
+
+
+_COLUMNS = ("theta_i", "phi_i", "theta_o", "phi_o")
+_WALKS = 10_000  # for each row of --directions: some 1 % of f
+
+
+def _print_directions(
+    asked: Scene, name: str, file: Path, walks: int, rng: np.random.Generator
+) -> None:
+    angles = _read_directions(file)
+    kd = asked.material.kd
+    if len(kd) > 1:
+        raise InputError(f"--kd = {list(kd)}: with --directions give one")
+    theta_i, phi_i, theta_o, phi_o = np.radians(angles).T
+    i, o = model.direction(theta_i, phi_i), model.direction(theta_o, phi_o)
+    specular, body = model.Brdf(asked, name, walks).evaluate(i, o, rng)
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow([*_COLUMNS, "f_specular", "f_body", "f"])
+    for row, s, b in zip(angles, specular, body, strict=True):
+        writer.writerow([repr(float(v)) for v in (*row, s, b, s + b)])
+    write(table.getvalue().rstrip("\n"))
+
+
+def _read_directions(file: Path) -> NDArray[np.float64]:
+    wanted = ",".join(_COLUMNS)
+    check_readable(file, f"give a CSV with the columns {wanted}")
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as lines:
+            reader = csv.DictReader(lines, skipinitialspace=True)
+            missing = [name for name in _COLUMNS if name not in (reader.fieldnames or ())]
+            rows = [] if missing else list(reader)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{file}: not a CSV ({error}); give one with {wanted}") from error
+    if missing:
+        raise InputError(f"{file}: no column {missing[0]}; its first line must name {wanted}")
+    if not rows:
+        raise InputError(f"{file}: holds no directions; give at least one under {wanted}")
+    return np.array([[_angle(file, k, row, c) for c in _COLUMNS] for k, row in enumerate(rows, 1)])
+
+
+def _angle(file: Path, number: int, row: dict[str, str], column: str) -> float:
+    low, high = (0.0, 90.0) if column.startswith("theta") else (-360.0, 360.0)
+    try:
+        angle = float(row[column])
+    except (TypeError, ValueError):
+        angle = float("nan")
+    inside = low <= angle < high or (angle == high and column.startswith("phi"))
+    if not inside:
+        allowed = "0 ≤ θ < 90" if column.startswith("theta") else "−360 … 360"
+        raise InputError(
+            f"{file}: direction {number}, {column} = {row[column]!r}: must be {allowed} degrees"
+        )
+    return angle

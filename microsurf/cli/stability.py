@@ -1,0 +1,52 @@
+"""microsurf stability: how many digits of the laws are right, and where meshes and traces end."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..report import make_folder, stability_text
+from ..report.figures import stability as stability_plot
+from ..stability import Stability, survey
+from .options import PATH, as_json
+from .output import show, write
+from .save import Content, save
+
+
+@click.command("stability")
+@click.option("--quick", is_flag=True, help="A coarse map: half a minute on one core, not several.")
+@click.option(
+    "--out", type=PATH, default=Path("reports/stability"), show_default=True, help="Folder."
+)
+@as_json
+def stability_command(quick: bool, out: Path, as_json: bool) -> None:
+    """Ask every law at the extremes against 50 digits, and meshes and traces at their borders.
+
+    Writes stability.md, .csv and .json and a picture for each group of laws. Exit code 1 if
+    a law has fewer than 12 digits right beyond what its conditioning costs and does not say
+    why, or if anything is NaN, infinite or negative.
+
+    Example: microsurf stability --quick --out my_map
+    """
+    make_folder(out)
+    found = survey(quick=quick, progress=True)
+    values = stability_text.as_json(found) | {"quick": quick, "out": str(out)}
+    _save(found, values, out)
+    if as_json:
+        show(values, as_json=True)
+    else:
+        write(stability_text.markdown(found))
+        write(f"\nwritten to {out}   ({found.seconds:.0f} s)")
+    if not found.sound:
+        raise click.exceptions.Exit(1)
+
+
+def _save(found: Stability, values: dict[str, Any], out: Path) -> None:
+    contents: dict[str, Content] = {
+        "stability.md": stability_text.markdown(found),
+        "stability.csv": stability_plot.rows(found),
+        "stability.json": values,
+    }
+    for group in dict.fromkeys(point.group for point in found.points):
+        contents[f"stability-{group}.png"] = stability_plot.figure(found, group)
+    save(out, contents, dpi=85)

@@ -1,0 +1,106 @@
+"""microsurf tradeoff: every rung's error against its cost, on a scene."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..analysis.tradeoff.effort import EFFORTS
+from ..analysis.tradeoff.study import QUANTITIES, Tradeoff, check, tradeoff
+from ..report import make_folder
+from ..report.figures.pareto import figure, rows, within
+from ..scene import toml as scene_file
+from .options import PATH, as_json, beyond, check_tail, effort, seed
+from .output import show, write
+from .save import rounded, save_study
+
+
+@click.command("tradeoff")
+@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.option("--out", type=PATH, help="Folder; default reports/tradeoff/ and the scene's name.")
+@effort
+@seed
+@beyond
+@as_json
+def tradeoff_command(
+    scene: Path, out: Path | None, effort: str, seed: int, beyond: bool, as_json: bool
+) -> None:
+    """Run every model, walk and mesh on a scene, and show what accuracy costs.
+
+    Example: microsurf tradeoff my_scene.toml
+    """
+    asked = scene_file.read(scene)
+    check(asked)
+    stated = check_tail(asked, beyond)
+    out = Path("reports/tradeoff") / scene.stem if out is None else out
+    make_folder(out)
+    found = tradeoff(asked, EFFORTS[effort], seed=seed, progress=True)
+    values = (
+        _values(found)
+        | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
+        | stated
+    )
+    _save(values, out)
+    if as_json:
+        show(values, as_json=True)
+        return
+    write("\n".join(_lines(found)))
+    write(f"\nfigure: {out / 'tradeoff.png'}   ({found.seconds:.0f} s)")
+
+
+def _values(found: Tradeoff) -> dict[str, Any]:
+    table = rows(found)
+    reference = found.reference
+    return {
+        "rungs": table,
+        "frontier": {
+            name: [
+                row["rung"]
+                for row in sorted(table, key=lambda row: row["seconds"])
+                if row["quantity"] == name and row["dominated_by"] is None
+            ]
+            for name in found.points
+        },
+        "within": within(table),
+        "reference": {
+            "surfaces": reference.surfaces,
+            "cells": reference.surface.cells,
+            "correlation": reference.surface.correlation,
+            "paths": reference.paths,
+            "half_width": reference.half_width,
+            "seconds": reference.seconds,
+        },
+        "seconds": found.seconds,
+    }
+
+
+def _save(values: dict[str, Any], out: Path) -> None:
+    picture = figure(values["rungs"], values["scene"])
+    save_study(out, "tradeoff", picture, rounded(values["rungs"], 5), values)
+
+
+def _lines(found: Tradeoff) -> list[str]:
+    reference = found.reference
+    known = ", ".join(f"{name} ± {100 * v:.2g} %" for name, v in reference.half_width.items())
+    lines = [
+        f"{reference.text}: {known}",
+        "seconds: of the processor, an angle; errors: the worst angle, with the rung's own noise",
+    ]
+    width = max(len(run.rung.name) for run in found.runs)
+    table = rows(found)
+    for name in found.points:
+        unit, scale = ("degrees", 1) if name in ("position", "width") else ("%", 100)
+        lines.append(f"\n{QUANTITIES[name].split(',')[0]}, in {unit} (95 % interval)")
+        mine = [row for row in table if row["quantity"] == name]
+        for row in sorted(mine, key=lambda row: row["seconds"]):
+            behind = f"dominated by {row['dominated_by']}" if row["dominated_by"] else "frontier"
+            lines.append(
+                f"  {row['rung']:<{width}}  {row['seconds']:8.3g} s  {scale * row['error']:8.3g} "
+                f"({scale * row['error_low']:.3g} … {scale * row['error_high']:.3g})  {behind}"
+            )
+    lines.append("\nto stay below, with 95 % confidence")
+    for row in within(table):
+        what = f"  {100 * row['level']:g} % of the {row['quantity']}: "
+        cost = f"{row['rung']}, {row['seconds']:.3g} s" if row["rung"] else "nothing shown"
+        lines.append(what + cost)
+    return lines

@@ -1,0 +1,206 @@
+"""microsurf validate: the main job."""
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import memory, model, report
+from ..analysis import regression as baseline
+from ..analysis import validate_user_brdf as trial
+from ..analysis.fitted_theory import prepare
+from ..analysis.planning import Plan
+from ..analysis.validate import Validation, validate_scene
+from ..errors import InputError
+from ..invariants import global_invariants
+from ..report import sections, stability_section
+from ..results import uncertainty as precision
+from ..scene import Scene, expectation
+from ..scene.builtin import built_in_scenes
+from ..stability import survey
+from ..surface import StdFit
+from .options import (
+    PATH,
+    accuracy,
+    as_json,
+    beyond,
+    check_tail,
+    compose,
+    dry_run,
+    say,
+    seed,
+    with_mesh_chosen,
+    workers,
+)
+from .output import show, write
+from .planned import planned
+
+_ON_TOP = (
+    "This is the measuring alone: walks, the budget, what mesh and tile leave (--no-refine does "
+    "without) and the report come on top."
+)
+
+
+@click.command("validate")
+@click.argument("scene_files", type=PATH, nargs=-1, metavar="[SCENE.toml …]")
+@click.option("--out", type=PATH, default=Path("reports/latest"), show_default=True)
+@accuracy
+@click.option("--realisations", type=int, help="Instead of what the scenes ask for.")
+@click.option(
+    "--model",
+    "candidate",
+    metavar="MODULE:CALLABLE|TABLE.csv",
+    help="Your own BRDF in the model's place: f(i, o), a pair (f_specular, f_body) of order 1 or "
+    "one array of all orders; or a table.",
+)
+@click.option(
+    "--baseline",
+    "old",
+    type=PATH,
+    metavar="REPORT.json",
+    help="Tell what moved beyond its error since this report; it does not change the exit code.",
+)
+@click.option(
+    "--refine/--no-refine",
+    "refined",
+    default=True,
+    show_default=True,
+    help="Measure what mesh and tile leave: a dozen surfaces more for each scene.",
+)
+@beyond
+@seed
+@workers
+@dry_run
+@as_json
+def validate_command(
+    scene_files: tuple[Path, ...], out: Path, candidate: str | None, old: Path | None,
+    refined: bool, beyond: bool, seed: int, workers: int | None, dry_run: bool, as_json: bool,
+    **given: Any,
+) -> None:  # fmt: skip
+    """Measure, predict, compare, and write the report; the built-in scenes by default.
+
+    Example: microsurf validate my_scene.toml --out my_report
+
+    Your own BRDF: microsurf validate my_scene.toml --model mypackage:brdf
+
+    Until an error is reached, with what that takes said before:
+    microsurf validate my_scene.toml --standard-error 1e-3 --dry-run
+    """
+    files = scene_files or built_in_scenes()
+    scenes = {file.stem: with_mesh_chosen(compose(file, **given), file, given) for file in files}
+    if len(scenes) < len(files):
+        raise InputError("two scene files have the same name; rename one")
+    before = None if old is None else (str(old), baseline.read_report(old))
+    own = None if candidate is None else model.load_candidate(candidate)
+    if own is not None and not scene_files:  # a mirror's spike is no f(i, o)
+        scenes = {name: asked for name, asked in scenes.items() if model.has_values(asked)}
+    broken = {} if own is None else {k: model.examine(own, asked) for k, asked in scenes.items()}
+    for asked in scenes.values():
+        check_tail(asked, beyond)
+        memory.require_lobes(asked.surface.realisations, asked.light.angles)
+    begin = time.perf_counter()
+    prepared = _prepared(scenes)
+    if dry_run:
+        plans = _plans(scenes, seed, workers)
+        click.echo(_ON_TOP, err=True)
+        show(_planned(plans) if as_json else _costs(plans), as_json)
+        return
+    report.make_folders(out)  # before any work
+    adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
+    plans = _plans(adaptive, seed, workers)
+    scenes |= {name: plans[name].begun(asked) for name, asked in adaptive.items()}
+    results = []
+    for name, asked in scenes.items():
+        entry = validate_scene(
+            name,
+            asked,
+            seed=seed,
+            workers=workers,
+            progress=True,
+            refined=refined,
+            prepared=prepared[name],
+            surface_paths=plans[name].scene.accuracy.paths if name in plans else None,
+        )
+        results.append(entry if own is None else trial.judge(entry, own, broken[name]))
+    lasting = global_invariants(seed, workers, progress=True)
+    # The laws are the same whatever the scene: half a minute that only the main job takes.
+    stable = [] if scene_files else [stability_section.section(survey(quick=True, progress=True))]
+    document = report.write(
+        results,
+        out,
+        seed,
+        lasting=lasting,
+        old=before,
+        of_all=sections.of_all(results, lasting) + stable,
+        of_scenes=sections.of_scenes(results),
+    )
+    unexpected = report.unexpected(document)
+    values = {
+        "scenes": list(scenes),
+        "verdicts": _counts(results),
+        "unexpected": len(unexpected),
+        **_reached(results, adaptive),
+        "broken": document["broken"] + [text for entry in results for text in entry.broken],
+        "seconds": time.perf_counter() - begin,
+        "out": str(out),
+    }
+    if as_json:
+        values |= {"findings": unexpected, **_moved(document)}
+    show(values, as_json)
+    if not as_json:
+        write("\n".join([*report.movements(document), f"\nreport: {out / 'report.html'}"]))
+    for line in unexpected:
+        click.echo(f"unexpected: {line}", err=True)
+    if unexpected:
+        sys.exit(1)
+
+
+def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:
+    """What there is to say and to refuse of surfaces from files, before any is traced."""
+    found = {name: prepare(asked) for name, asked in scenes.items()}
+    for _, notes in found.values():
+        say(notes)
+    return found
+
+
+def _costs(plans: dict[str, Plan]) -> dict[str, Any]:
+    """What measuring takes; walks, budgets and the report come on top of the time."""
+    return {
+        "seconds": sum(made.seconds for made in plans.values()),
+        "memory_bytes": max(made.memory for made in plans.values()),
+    }
+
+
+def _plans(scenes: dict[str, Scene], seed: int, workers: int | None) -> dict[str, Plan]:
+    return {name: planned(asked, seed, workers, name) for name, asked in scenes.items()}
+
+
+def _planned(plans: dict[str, Plan]) -> dict[str, Any]:
+    """What `--dry-run --json` prints."""
+    return {"scenes": {name: made.as_json() for name, made in plans.items()}, **_costs(plans)}
+
+
+def _reached(results: list[Validation], adaptive: dict[str, Scene]) -> dict[str, Any]:
+    """Whether the errors asked for were reached, if any were."""
+    if not adaptive:
+        return {}
+    return {
+        "reached": {
+            entry.name: precision.surplus(entry.measured, adaptive[entry.name]) <= 1
+            for entry in results
+            if entry.name in adaptive
+        }
+    }
+
+
+def _counts(results: list[Validation]) -> dict[str, int]:
+    found = [row.verdict for entry in results for row in entry.comparisons]
+    return {word: found.count(word) for word in expectation.VERDICTS}
+
+
+def _moved(document: dict[str, Any]) -> dict[str, Any]:
+    """What `--baseline` adds to ``--json``."""
+    against = document["baseline"]
+    return {} if against is None else {"moved": against["moved"], "baseline": against}

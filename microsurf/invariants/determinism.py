@@ -1,0 +1,63 @@
+"""Same seed, same bits, whoever does the work."""
+
+import multiprocessing
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import xarray as xr
+
+from ..errors import MicrosurfError
+from ..model.random_walk.simulate import PIECE, walk
+from ..scene import Accuracy, Light, Scene, Surface
+from ..trace import measure
+from .invariant import Invariant
+from .replicates import differing
+
+SCENE = Scene(
+    surface=Surface(cells=32, realisations=2),
+    light=Light((0.0, 60.0)),
+    accuracy=Accuracy(150_000),
+)
+"""Two pieces each of two angles on two surfaces."""
+
+
+def apart(a: xr.Dataset, b: xr.Dataset) -> int:
+    """Numbers in which two results differ."""
+    return sum(differing(a[name].values, b[name].values) for name in a.data_vars)
+
+
+def threads(seed: int) -> Iterator[Invariant]:
+    """One thread, two, three, and two processes."""
+    one = measure(SCENE, seed=seed, workers=1)
+    size = sum(one[name].size for name in one.data_vars)
+    figures = {
+        f"{workers} threads": float(apart(one, measure(SCENE, seed=seed, workers=workers)))
+        for workers in (2, 3)
+    }
+    detail = ""
+    try:
+        # Started afresh: what forks a process with threads may hang.
+        with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+            elsewhere = measure(SCENE, seed=seed, executor=executor, workers=2)
+        figures["2 processes"] = float(apart(one, elsewhere))
+    except (MicrosurfError, OSError) as error:
+        figures["2 processes"] = np.inf
+        detail = f"could not be shown with processes: {error}"
+    yield Invariant(
+        "threads and processes",
+        "the same seed gives the same bits of a measurement with 1, 2, 3 threads and 2 processes",
+        max(figures.values()),
+        0.0,
+        f"numbers that differ, of {size}; every piece of work has its own random numbers",
+        figures,
+        detail,
+    )
+    walks = [walk(SCENE, walks=2 * PIECE, seed=seed, workers=workers) for workers in (1, 2)]
+    yield Invariant(
+        "threads of walks",
+        "the same seed gives the same bits of a walk with 1 and 2 threads",
+        float(apart(*walks)),
+        0.0,
+        f"numbers that differ, of {sum(walks[0][name].size for name in walks[0].data_vars)}",
+    )

@@ -1,0 +1,83 @@
+"""Independent runs over one mesh: what z-tests of the tracer are made of."""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..results import dataset as result
+from ..surface import Heightfield, mesh
+from ..trace.embree import EmbreeTile
+from ..trace.grid import from_heights
+from ..trace.wavefront import Facet, Tally, Tile, trace
+
+Array = NDArray[np.float64]
+
+RUNS = 16
+"""Independent runs of a configuration: 15 degrees of freedom of its variance."""
+FEATURES = (
+    "order-1 specular", "order-1 body", "orders 2+", "cosine", "forward", "sideways",
+)  # fmt: skip
+"""What two lots of runs are compared by: albedos, and moments of all light that leaves."""
+
+
+def tile_of(heights: Array, *, flipped: bool = False) -> EmbreeTile:
+    """A mesh of one period of heights in cells; ``flipped``: by the other diagonals."""
+    return EmbreeTile(from_heights(heights, np.full(heights.shape, flipped)))
+
+
+def heights_of(surface: Heightfield) -> Array:
+    """One period in cells."""
+    return mesh(surface).heights
+
+
+def differing(a: Array, b: Array) -> int:
+    """How many numbers are not the same bits; all of them if there are more in one of both."""
+    if a.shape != b.shape:
+        return max(a.size, b.size)
+    return int((a != b).sum())
+
+
+def runs(
+    pool: Executor,
+    tile: Tile,
+    light: tuple[float, float],
+    facet: Facet,
+    paths: int,
+    place: tuple[int, ...],
+    of_one: Callable[[Tally], Array],
+) -> Array:
+    """What ``of_one`` makes of each of RUNS tallies, shape (RUNS, …); seeded by ``place``."""
+
+    def run(number: int) -> Array:
+        rng = np.random.default_rng((*place, number))
+        return of_one(trace(tile, float(light[0]), float(light[1]), facet, paths, rng))
+
+    return np.array(list(pool.map(run, range(RUNS))))
+
+
+def weighted(tally: Tally, n: float, kd: float) -> Array:
+    """Light by order, kind (specular, body), ring and sector, as parts of what was sent."""
+    energy = tally.energy / tally.light
+    weights = result.body_weights(energy.shape[1], n, kd)
+    body = np.einsum("obrs,b->ors", energy[:, 1:], weights[1:])
+    return np.stack([energy[:, 0], body], axis=1)
+
+
+def features(tally: Tally, n: float, kd: float) -> Array:
+    """The FEATURES of a tally."""
+    light = weighted(tally, n, kd)
+    whole = light.sum((0, 1))
+    azimuth = np.radians((result.SECTOR_EDGES[:-1] + result.SECTOR_EDGES[1:]) / 2)
+    cosine = np.cos(np.radians(result.ring_centres()))
+    return np.array(
+        [
+            light[0, 0].sum(),
+            light[0, 1].sum(),
+            light[1:].sum(),
+            cosine @ whole.sum(1),
+            whole.sum(0) @ np.cos(azimuth),
+            whole.sum(0) @ np.sin(azimuth),
+        ]
+    )

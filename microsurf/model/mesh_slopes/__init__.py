@@ -1,0 +1,1 @@
+"""The models on the slopes that a mesh has instead of those of the distribution."""

@@ -1,0 +1,1 @@
+"""All orders by random walks among Smith's facets or in V-cavities."""

@@ -1,0 +1,109 @@
+"""The walks for single pairs of directions, every order: `evaluate_walk`."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...scene import Scene
+from ..directions import checked
+from .parameters import facet_of, law_of, stream
+from .simulate import KINDS, MOST_EVENTS, PIECE
+from .smith_kernels import smith_next_event
+from .vcavity_kernels import groove_next_event, mirrors
+
+Array = NDArray[np.float64]
+
+_DRAWS = 16  # of the terms of long chains of mirrors in a groove
+
+
+class Estimate(NamedTuple):
+    """A BRDF in sr⁻¹, or its standard error: of paths without body events, with, and of all."""
+
+    specular: Array
+    body: Array
+    total: Array
+
+
+def evaluate_walk(
+    scene: Scene,
+    i: Array,
+    o: Array,
+    kind: str,
+    walks: int,
+    rng: np.random.Generator,
+    orders: tuple[int, int] = (1, MOST_EVENTS),
+) -> tuple[Estimate, Estimate]:
+    """Unbiased estimate of the BRDF for pairs of directions, and its standard error.
+
+    At each facet a walk from i meets, what that facet sends towards o is evaluated and
+    not waited for (next-event estimation). In grooves chains of mirrors alone have a
+    closed form (see `groove_kernels`), and no error up to 32 of them; about the mirror
+    direction chains of two and more have a caustic, cut off at 1e−9 from it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With one Kd and σ > 0.
+    i, o : array, shape (..., 3)
+        Unit directions towards the light and the detector; 0 below the horizon.
+    kind : str
+        One of KINDS.
+    walks : int
+        Walks for each pair, ≥ 2.
+    rng : numpy.random.Generator
+        Source of randomness.
+    orders : tuple of int
+        First and last number of facet events that counts.
+
+    Raises
+    ------
+    InputError
+        If one of these is not as described.
+
+    """
+    kd, rough = scene.material.kd, scene.roughness
+    if kind not in KINDS:
+        raise InputError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}")
+    if len(kd) > 1:
+        raise InputError(f"material.kd = {list(kd)}: must be one number to evaluate directions")
+    if not scene.requires.roughness:
+        raise InputError(f"roughness.sigma = {list(rough.sigma)}: must be > 0; take model flat")
+    if walks < 2:
+        raise InputError(f"walks = {walks}: must be 2 or more, for a standard error")
+    i, o = checked(i=i, o=o)
+    shape = i.shape[:-1]
+    i, o = np.ascontiguousarray(i.reshape(-1, 3)), np.ascontiguousarray(o.reshape(-1, 3))
+    if not scene.requires.multiple_scattering:
+        orders = orders[0], min(orders[1], 1)
+    law, facet = law_of(rough.gamma, rough.sigma_x, rough.sigma_y), facet_of(scene, kd[0])
+    run = smith_next_event if kind == "smith-walk" else groove_next_event
+    state = stream(rng)
+    mean, error = np.zeros((2, len(i), 3))
+    up = np.flatnonzero((i[:, 2] > 0) & (o[:, 2] > 0))
+    walked = kind == "smith-walk" or scene.requires.substrate
+    for start in range(0, len(up) if walked else 0, max(1, PIECE // walks)):
+        pairs = up[start : start + max(1, PIECE // walks)]
+        moments = np.zeros((2, len(pairs), 3))
+        for done in range(0, walks, PIECE):
+            values = np.zeros((min(PIECE, walks - done) * len(pairs), 3))
+            run(values, *orders, i[pairs], o[pairs], law, facet, state)
+            values[:, 2] = values[:, 0] + values[:, 1]
+            of_pair = values.reshape(-1, len(pairs), 3)
+            moments += of_pair.sum(axis=0), (of_pair**2).sum(axis=0)
+        first, second = moments / walks
+        mean[pairs] = first
+        error[pairs] = np.sqrt(np.maximum(second - first**2, 0) / (walks - 1))
+    if kind == "vcavity-walk" and scene.requires.interface:
+        value, spread = np.zeros((2, len(up)))
+        mirrors(value, spread, _DRAWS, *orders, i[up], o[up], law, facet, state)
+        mean[up] += value[:, None] * [1, 0, 1]
+        error[up, 0] = spread
+        error[up, 2] = np.hypot(error[up, 2], spread)
+    cosine = np.where(o[:, 2:] > 0, o[:, 2:], 1.0)
+    return _labelled(mean / cosine, shape), _labelled(error / cosine, shape)
+
+
+def _labelled(values: Array, shape: tuple[int, ...]) -> Estimate:
+    return Estimate(*values.T.reshape(3, *shape))

@@ -1,0 +1,84 @@
+"""What the kernels of the walks are given: slopes and masking, the facet, random numbers."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics import fresnel, smith
+from ...physics import visible_normals as visible
+from ...physics.facet import body_weight
+from ...scene import Scene
+
+_NODES = 2049  # of the table of Λ
+
+
+class Law(NamedTuple):
+    """Distribution of slopes and its masking, see `walk.law_of`."""
+
+    nu: float  # 2γ − 2
+    excess: float  # E = K ν/(ν−1)
+    scale_x: float  # σ_x/√2
+    scale_y: float
+    table: Any  # part of A left in Λ and its step derivative at even x/(1+x), shape (nodes, 2)
+
+
+class Facet(NamedTuple):
+    """One facet: what its events need; which effects run is the scene's to say."""
+
+    n: float
+    k: float  # > 0: a conductor
+    bound: float  # of T, like all of the substrate only where there is one
+    interface: bool
+    substrate: bool
+    survival: float  # weight of a body event: of long paths only so many are followed
+    escape: float  # 1 − r_e
+
+
+def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
+    """Slopes and masking for the kernels, γ > 3/2 and σ > 0.
+
+    Λ = A R (see `physics.smith`) is tabulated by R, the smooth part, over
+    u = x/(1+x): values and derivatives for a cubic between nodes.
+    """
+    nu = 2 * gamma - 2
+    excess = visible.mean_excess(nu)
+    u = np.linspace(0, 1, _NODES)
+    x = u[1:-1] / (1 - u[1:-1])
+    if np.isinf(nu):
+        log_power, slope = -(x**2) / 2, x
+    else:
+        log_power, slope = -(nu - 1) / 2 * np.log1p(x**2 / nu), (nu - 1) / (nu / x + x)
+    with np.errstate(under="ignore"):
+        leading = excess / x * np.exp(log_power)
+    seen = leading > 1e-290  # beyond, Λ is 0 and R does not matter
+    table = np.zeros((_NODES, 2))
+    table[0] = 1, -0.5 / excess
+    ratio = smith.lambda_of_x(x[seen], nu) / leading[seen]
+    table[1:-1, 0][seen] = ratio
+    table[1:-1, 1][seen] = ((ratio - 1) / x[seen] + ratio * slope[seen]) * (1 + x[seen]) ** 2
+    table[-1, 0] = 0 if np.isinf(nu) else 1 / nu
+    table[:, 1] /= _NODES - 1
+    return Law(nu, excess, sigma_x / np.sqrt(2), sigma_y / np.sqrt(2), table)
+
+
+def facet_of(scene: Scene, kd: float) -> Facet:
+    """Return what the kernels need of a facet; long paths are thinned as Kd would do."""
+    n, substrate = scene.material.n, scene.requires.substrate
+    weight = float(body_weight(n, kd))
+    return Facet(
+        n,
+        scene.material.k,
+        fresnel.transmittance_bound(n) if substrate else 1.0,
+        scene.requires.interface,
+        substrate,
+        weight,
+        float(fresnel.external_diffuse_transmittance(n)) if substrate else 1.0,
+    )
+
+
+def stream(rng: np.random.Generator) -> NDArray[np.uint64]:
+    """State of an SFC64 for the kernels, seeded by numbers of ``rng``."""
+    words = rng.integers(0, 2**64, 4, dtype=np.uint64)
+    words[3] = 1  # its counter
+    return words

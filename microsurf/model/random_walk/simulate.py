@@ -1,0 +1,174 @@
+"""Multiple scattering by random walks: `walk`.
+
+smith-walk: among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016).
+vcavity-walk: between both facets of a groove. Neither has a cap on its events.
+"""
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ... import memory
+from ...errors import InputError
+from ...results import dataset as result
+from ...scene import Scene
+from ..directions import direction
+from ..prediction import Attributes, prediction
+from ..single_scattering import flat
+from .parameters import Facet, facet_of, law_of, stream
+from .smith_kernels import smith_walk
+from .tally import CAUSES, Tally, tally
+from .vcavity_kernels import vcavity_walk
+
+Array = NDArray[np.float64]
+
+KINDS = ("smith-walk", "vcavity-walk")
+PIECE = 262_144
+"""Walks of one piece of work; each is seeded by its place and adds up with the others."""
+MOST_EVENTS = 10**9
+"""Facet events after which a path counts as lost: there to end a fault, not to save time."""
+
+
+def walk(
+    scene: Scene,
+    kind: str = "smith-walk",
+    *,
+    walks: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Walk ``walks`` paths of light for every angle of the scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to predict; its surface is not used.
+    kind : str
+        One of KINDS.
+    walks : int, optional
+        Paths for each angle; by default ``scene.accuracy.paths``.
+    seed : int
+        Same seed, same bits, whatever the number of workers.
+    workers : int, optional
+        Threads; default one for each core.
+    progress : bool
+        Show a progress bar on standard error if that is a terminal.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `microsurf.results.dataset` describes, one realisation; with the numbers of ``paths``,
+        of those that ``arrived`` and of those that ``ended`` otherwise (absorbed, left
+        out, or lost because they were endless), and ``events`` (facet events in all)
+        and ``seconds`` in its attributes. A flat scene (σ = 0) is answered exactly,
+        without these numbers.
+
+    Raises
+    ------
+    InputError
+        If the kind is unknown or ``walks`` is not positive.
+
+    """
+    if kind not in KINDS:
+        raise InputError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}")
+    walks = scene.accuracy.paths if walks is None else walks
+    if walks < 1:
+        raise InputError(f"walks = {walks}: must be 1 or more")
+    begin = time.perf_counter()
+    if not scene.requires.roughness:
+        return _flat(scene, kind, begin)
+    workers = workers or memory.cores()
+    rough = scene.roughness
+    law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
+    facet = facet_of(scene, max(scene.material.kd))
+    angles = list(product(scene.light.theta, scene.light.phi))
+    count = -(-walks // PIECE)
+    sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
+    most = MOST_EVENTS if scene.requires.multiple_scattering else 1
+
+    run = smith_walk if kind == "smith-walk" else vcavity_walk
+
+    def piece(a: int, k: int) -> Tally:
+        sequence = np.random.SeedSequence(seed, spawn_key=(2, a, k))
+        rng = np.random.Generator(np.random.SFC64(sequence))
+        theta, phi = angles[a]
+        i = direction(np.radians(theta), np.radians(phi))
+        exits, events = np.zeros((sizes[k], 3)), np.zeros((sizes[k], 2), np.int64)
+        run(exits, events, most, i, law, facet, stream(rng))
+        return tally(exits, events, phi, single=not scene.requires.multiple_scattering)
+
+    nobody = np.zeros((0, 3)), np.zeros((0, 2), np.int64)
+    run(*nobody, 1, np.zeros(3), law, facet, stream(np.random.default_rng(0)))
+    begin = time.perf_counter()  # after compilation
+    bar = tqdm(
+        total=len(angles) * walks / 1e6,
+        disable=None if progress else True,
+        desc=kind,
+        unit=" Mwalks",
+        bar_format="{desc}: {percentage:3.0f}%|{bar}| {n:.1f}/{total:.1f}{unit} "
+        "[{elapsed}<{remaining}]",
+    )
+    totals: list[Tally] = [Tally.empty()] * len(angles)
+    with bar, ThreadPoolExecutor(workers) as pool:
+        places = list(product(range(len(angles)), range(count)))
+        jobs = [pool.submit(piece, *place) for place in places]
+        try:
+            for (a, k), job in zip(places, jobs, strict=True):
+                totals[a] = totals[a] + job.result()
+                bar.update(sizes[k] / 1e6)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    seconds = time.perf_counter() - begin
+    return labelled(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
+
+
+def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:
+    """One flat facet: a ray meets it once, there is nothing to walk through."""
+    bins = np.stack([flat.lobes(scene, theta) for theta in np.radians(scene.light.theta)])
+    flux = np.repeat(bins[None, :, None, None], len(scene.light.phi), axis=2)
+    attrs: Attributes = {"effects": _effects(scene), "seconds": time.perf_counter() - begin}
+    return prediction(scene, kind, flux, attrs, orders=(1,))
+
+
+def _effects(scene: Scene) -> str:
+    needs = scene.requires
+    names = ("interface", "substrate", "roughness", "multiple_scattering")
+    effects = [name for name in names if getattr(needs, name)]
+    if needs.roughness and not scene.roughness.isotropic:
+        effects.append("anisotropy")
+    return ", ".join(effects)
+
+
+def labelled(
+    scene: Scene, kind: str, totals: list[Tally], facet: Facet, attrs: Attributes
+) -> xr.Dataset:
+    """Tallies of the scene's angles, θ outermost, as a Dataset."""
+    thetas, phis = scene.light.theta, scene.light.phi
+    shape = (1, len(thetas), len(phis))
+    events = max(total.counts.shape[0] for total in totals)
+    flux = np.zeros((*shape, len(result.ORDERS), events, result.RINGS, result.SECTORS))
+    beyond = np.maximum(result.BODY_EVENTS[:events] - result.BODY_EXACT, 0)
+    path_weight = facet.survival**-beyond
+    paths, arrived, ended = np.zeros(shape), np.zeros(shape), np.zeros((*shape, len(CAUSES)))
+    for a, total in enumerate(totals):
+        place = (0, *divmod(a, len(phis)))
+        paths[place] = total.paths
+        arrived[place] = total.counts.sum()
+        ended[place] = total.ended
+        seen = total.counts.shape[0]
+        flux[place][:, :seen] = np.swapaxes(total.counts, 0, 1) / total.paths
+    flux *= path_weight[:, None, None]
+    attrs = {"effects": _effects(scene), **attrs, "events": sum(total.events for total in totals)}
+    walked = prediction(scene, kind, flux, attrs, path_weight=path_weight)
+    dims = ("realisation", "theta_i", "phi_i")
+    walked["paths"], walked["arrived"] = (dims, paths), (dims, arrived)
+    walked["ended"] = ((*dims, "cause"), ended)
+    lost = [cause == "endless" for cause in CAUSES]
+    return walked.assign_coords(cause=list(CAUSES), lost=("cause", lost))

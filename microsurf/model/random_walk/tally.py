@@ -1,0 +1,91 @@
+"""Count where walks left to: the detector's bins of `microsurf.results.dataset`."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...results import dataset as result
+from .facet_kernels import ABSORBED
+
+Array = NDArray[np.float64]
+
+CAUSES = ("absorbed", "left out", "endless")
+"""Why a walk reaches no detector: it ended in the substrate, its second facet was left
+out on purpose, or it had more events than any walk can have, and is lost."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What a number of walks came to; tallies add up.
+
+    Attributes
+    ----------
+    counts : ndarray of int64, shape (body_events, order, rings, sectors)
+        Walks that left, by bin.
+    ended : ndarray of int64, shape (causes,)
+        Walks that did not.
+    paths, events : int
+        Walks, and facet events of all of them.
+
+    """
+
+    counts: NDArray[np.int64]
+    ended: NDArray[np.int64]
+    paths: int
+    events: int
+
+    @classmethod
+    def empty(cls) -> Self:
+        """No walks."""
+        shape = (0, len(result.ORDERS), result.RINGS, result.SECTORS)
+        return cls(np.zeros(shape, np.int64), np.zeros(len(CAUSES), np.int64), 0, 0)
+
+    def __add__(self, other: "Tally") -> "Tally":
+        """Add up; the one with fewer body events is padded with zeros."""
+        longer, shorter = sorted((self.counts, other.counts), key=len, reverse=True)
+        counts = longer.copy()
+        counts[: len(shorter)] += shorter
+        return Tally(
+            counts, self.ended + other.ended, self.paths + other.paths, self.events + other.events
+        )
+
+
+def tally(exits: Array, events: NDArray[np.int64], phi_i: float, *, single: bool) -> Tally:
+    """Count walks by bin.
+
+    Parameters
+    ----------
+    exits : array, shape (walks, 3)
+        Unit directions in which they left.
+    events : array of int64, shape (walks, 2)
+        Numbers of facet events and of body events; in place of the latter ABSORBED or
+        OVER for walks that did not leave.
+    phi_i : float
+        Azimuth of incidence in degrees.
+    single : bool
+        Whether walks were over at a second facet on purpose.
+
+    """
+    total = int(events[:, 0].sum())
+    ended = np.zeros(len(CAUSES), np.int64)
+    left = events[:, 1] >= 0
+    paths = len(left)
+    if not left.all():
+        over = events[~left, 1] != ABSORBED
+        ended[0], ended[1 if single else 2] = np.sum(~over), np.sum(over)
+        exits, events = exits[left], events[left]
+    order, body = np.minimum(events[:, 0], len(result.ORDERS)) - 1, events[:, 1]
+    if body.size and body.max() > result.BODY_EXACT:
+        body = np.searchsorted(result.BODY_EDGES, body, side="right") - 1
+    theta = np.degrees(np.arccos(np.minimum(exits[:, 2], 1)))
+    ring = np.minimum(np.searchsorted(result.RING_EDGES, theta, side="right"), result.RINGS) - 1
+    turn = (np.degrees(np.arctan2(exits[:, 1], exits[:, 0])) - phi_i) / 360 * result.SECTORS
+    sector = np.floor(turn + 0.5).astype(np.int64) % result.SECTORS
+    code = ((body * len(result.ORDERS) + order) * result.RINGS + ring) * result.SECTORS + sector
+    shape = (-1, len(result.ORDERS), result.RINGS, result.SECTORS)
+    size = int(np.prod(shape[1:]))
+    counts = np.bincount(code, minlength=size)
+    counts = np.pad(counts, (0, -len(counts) % size)).reshape(shape)
+    return Tally(counts, ended, paths, total)

@@ -1,0 +1,1 @@
+"""A BRDF of the user's own in a model's place."""

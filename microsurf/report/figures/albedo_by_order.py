@@ -1,0 +1,93 @@
+"""Albedo by order: how much one bounce leaves out, and whether a random walk knows it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from scipy import stats
+
+from ...results import albedo as summary
+from ...results import dataset as result
+from ...scene import Scene
+from .lobes import MEASURED
+from .style import BLACK, BLUE, ORANGE, SMALL, VERMILION, clean, model_style, new_figure
+
+_STYLES = {
+    MEASURED: (BLACK, "o", "measured"),
+    "smith": (BLUE, "s", "Smith, order 1"),
+    "vcavity": (ORANGE, "^", "V-cavity, order 1"),
+    "flat": (BLUE, "s", "flat IL"),
+    "smith-walk": (VERMILION, "D", "Smith walk"),
+}
+
+
+def rows(
+    measured: xr.Dataset, predicted: Mapping[str, xr.Dataset], scene: Scene, kd: float
+) -> list[dict[str, Any]]:
+    """Albedo by order and θ_i at the first φ_i, both kinds together.
+
+    ``low`` and ``high``: 95 % interval over the surfaces; missing if there is only one.
+    Orders that carry no light are left out; so are those of the walk that others give.
+    """
+    n = scene.material.n
+    found: list[dict[str, Any]] = []
+    for source, dataset in {MEASURED: measured, **predicted}.items():
+        values = summary.by_order(dataset, n, kd).sum("kind").isel(phi_i=0)
+        first = 1 if source == MEASURED or dataset.sizes["order"] == 1 else 2
+        for order in result.ORDERS[first - 1 : dataset.sizes["order"]]:
+            for t, theta in enumerate(scene.light.theta):
+                cell = values.sel(order=order).isel(theta_i=t).values
+                if cell.any():
+                    place = {
+                        "theta_i_deg": theta, "phi_i_deg": scene.light.phi[0], "kd": kd,
+                        "source": source, "order": order,
+                    }  # fmt: skip
+                    found.append(place | _interval(cell))
+    return found
+
+
+def _interval(values: np.ndarray) -> dict[str, float]:
+    mean, count = float(values.mean()), len(values)
+    if count == 1:
+        return {"albedo": mean}
+    half = float(stats.t.ppf(0.975, count - 1) * values.std(ddof=1) / np.sqrt(count))
+    return {"albedo": mean, "low": mean - half, "high": mean + half}
+
+
+def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+    """Draw `rows`: a panel for each order, each with its own scale from 0."""
+    orders = sorted({row["order"] for row in drawn})
+    made = new_figure(2.8, 7.1 if len(orders) > 1 else 3.5)
+    panels = made.subplots(1, max(len(orders), 1), squeeze=False)[0]
+    handles: dict[str, Any] = {}
+    for panel, order in zip(panels, orders, strict=False):
+        mine = [row for row in drawn if row["order"] == order]
+        for source in dict.fromkeys(row["source"] for row in mine):
+            curve = [row for row in mine if row["source"] == source]
+            colour, marker, label = _STYLES.get(source, (VERMILION, "D", model_style(source)[1]))
+            theta, value = (np.array([r[k] for r in curve]) for k in ("theta_i_deg", "albedo"))
+            style: dict[str, Any] = {"color": colour, "marker": marker, "linewidth": 0.9}
+            if source == MEASURED:
+                ends = [[abs(r.get(k, r["albedo"]) - r["albedo"]) for r in curve]
+                        for k in ("low", "high")]  # fmt: skip
+                handle: Any = panel.errorbar(theta, value, ends, markersize=4.5, capsize=2.5,
+                                             **style)  # fmt: skip
+            else:
+                (handle,) = panel.plot(theta, value, markersize=6, fillstyle="none",
+                                       linestyle="--", **style)  # fmt: skip
+            handles[label] = handle
+        top = max(row.get("high", row["albedo"]) for row in mine)
+        panel.set(ylim=(0, 1.12 * top), xlabel=r"$\theta_i$ (°)", xlim=(-4, 90))
+        panel.set_xticks([0, 30, 60, 90])
+        panel.set_title(f"order {order}{' and more' if order == result.ORDERS[-1] else ''}",
+                        fontsize=10)  # fmt: skip
+        panel.tick_params(labelsize=9)
+        clean(panel)
+    panels[0].set_ylabel("albedo")
+    made.legend(
+        list(handles.values()), list(handles), loc="outside lower center",
+        ncols=4 if len(orders) > 1 else 2, fontsize=SMALL, frameon=False,
+    )  # fmt: skip
+    return made

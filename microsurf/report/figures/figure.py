@@ -1,0 +1,117 @@
+"""A figure with its words and its numbers: shown in the page, and three files beside it."""
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from ...files import whole_file
+
+DPI = 200
+"""Of the raster: what journals ask of a halftone at half a page, and sharp on a screen."""
+ENDINGS = ("svg", "png", "csv")
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,120}")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure, what it says, and the numbers it draws.
+
+    Attributes
+    ----------
+    name : str
+        Of its files: ASCII letters, digits, ``.``, ``_`` and ``-``.
+    figure : matplotlib.figure.Figure
+        One message.
+    caption : str
+        Plain text under the figure; also what a reader hears who can't see it.
+    rows : sequence of mappings
+        The numbers drawn, a row each, not empty. Columns are the keys in the order of
+        their first appearance, with their unit in the name (``theta_i_deg``).
+
+    Raises
+    ------
+    ValueError
+        If the name is none of a file, or there is no caption or no row.
+
+    """
+
+    name: str
+    figure: Figure
+    caption: str
+    rows: Sequence[Mapping[str, Any]]
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(f"picture {self.name!r}: the name must fit a file")
+        if not self.caption or not self.rows:
+            raise ValueError(f"picture {self.name}: has no caption or no numbers")
+
+
+def save(picture: Picture, folder: Path) -> str:
+    """Write NAME.svg, NAME.png and NAME.csv into ``folder`` and return the SVG's text.
+
+    All three or none: none takes its name before all are written. The same picture gives
+    the same bytes.
+
+    Raises
+    ------
+    InputError
+        If the folder is not there or can't be written.
+    MicrosurfError
+        If there is no room.
+
+    """
+    names = [folder / f"{picture.name}.{ending}" for ending in ENDINGS]
+    with ExitStack() as files:
+        vector, raster, table = (files.enter_context(whole_file(name)) for name in names)
+        text = svg(picture.figure)
+        vector.write_text(text, encoding="utf-8", newline="\n")
+        _save_raster(picture.figure, raster)
+        table.write_text(as_csv(picture.rows), encoding="utf-8", newline="\n")
+    return text
+
+
+def _save_raster(figure: Figure, path: Path) -> None:
+    """As it was laid out for the SVG: laying out is half the work."""
+    engine = figure.get_layout_engine()
+    figure.set_layout_engine("none")
+    try:
+        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    finally:
+        figure.set_layout_engine(engine)
+
+
+def svg(figure: Figure) -> str:
+    """Draw a figure as SVG, letters as outlines: it looks the same wherever it is opened."""
+    buffer = io.StringIO()
+    # A fixed salt and no date: the same figures give the same bytes.
+    with rc_context({"svg.hashsalt": "microsurf", "svg.fonttype": "path"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()
+
+
+def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as CSV: numbers with all their digits, nothing where there is none."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: _plain(value) for key, value in row.items()} for row in rows)
+    return buffer.getvalue()
+
+
+def _plain(value: Any) -> Any:
+    """numpy's numbers as Python's own; what is not a number is left empty."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and np.isnan(value) else value

@@ -1,0 +1,184 @@
+"""Lobes in the plane of incidence: measured with their bands, predicted as lines."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ...errors import InputError
+from ...results import dataset as result
+from ...scene import Scene
+from ...scene.toml import from_toml
+from .bands import cut, half_widths
+from .style import GREY, QUANTITY_STYLE, SMALL, clean, model_style, new_figure
+
+MEASURED = "measured"
+
+_FLOOR = 3e-5
+"""Below this part of the highest value nothing is drawn."""
+_LONE = 3
+"""Curves of so few bins get a dash for each: a line would not be seen."""
+
+
+def rows(
+    measured: xr.Dataset | None, predicted: Mapping[str, xr.Dataset], scene: Scene, kd: float
+) -> list[dict[str, Any]]:
+    """BRDF by bin: order 1 by kind, all orders together; the first φ_i.
+
+    ``low`` and ``high`` are the ends of the 95 % band of `bands`, for what is measured.
+    ``theta_o_deg`` is signed, positive on the mirror side.
+    """
+    found = []
+    for t, theta in enumerate(scene.light.theta):
+        at = {"theta_i": t, "phi_i": 0}
+        place = {"theta_i_deg": theta, "phi_i_deg": scene.light.phi[0], "kd": kd}
+        if measured is not None:
+            found += [place | row for row in _of_measured(measured.isel(at), scene, kd)]
+        for key, prediction in predicted.items():
+            found += [place | row for row in _of_predicted(key, prediction.isel(at), scene, kd)]
+    return found
+
+
+def _of_measured(measured: xr.Dataset, scene: Scene, kd: float) -> Iterator[dict[str, Any]]:
+    density = cut(measured, scene, kd)
+    curves = {
+        "specular": density.sel(order=1, kind="specular"),
+        "body": density.sel(order=1, kind="body"),
+        "total": density.sum(("order", "kind")),
+    }
+    bands = half_widths(curves, measured, scene, kd)
+    for name, curve in curves.items():
+        mean = curve.mean("realisation").values
+        if mean.any():
+            for theta, value, half in zip(curve.theta_o.values, mean, bands[name], strict=True):
+                yield _row(MEASURED, name, theta, value) | {
+                    "low": float(max(value - half, 0.0)), "high": float(value + half),
+                }  # fmt: skip
+
+
+def _of_predicted(
+    key: str, prediction: xr.Dataset, scene: Scene, kd: float
+) -> Iterator[dict[str, Any]]:
+    density = cut(prediction, scene, kd).isel(realisation=0)
+    if density.sizes["order"] > 1:
+        curves = {"total": density.sum(("order", "kind"))}
+    else:
+        curves = {kind: density.isel(order=0).sel(kind=kind) for kind in result.KINDS}
+    for name, curve in curves.items():
+        if (curve > 0).any():
+            for theta, value in zip(curve.theta_o.values, curve.values, strict=True):
+                yield _row(key, name, theta, value)
+
+
+def _row(source: str, quantity: str, theta: float, value: float) -> dict[str, Any]:
+    return {
+        "source": source, "quantity": quantity, "theta_o_deg": float(theta),
+        "brdf_per_sr": float(value),
+    }  # fmt: skip
+
+
+def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+    """Draw `rows`, log scale, a panel for each θ_i."""
+    thetas = list(dict.fromkeys(row["theta_i_deg"] for row in drawn))
+    columns = 2 if len(thetas) > 1 else 1
+    lines = -(-len(thetas) // columns)
+    made = new_figure(2.5 * lines + 1.2)
+    panels = made.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    for theta, panel in zip(thetas, panels, strict=False):
+        mine = [row for row in drawn if row["theta_i_deg"] == theta]
+        for (source, name), curve in groupby(mine, lambda row: (row["source"], row["quantity"])):
+            _draw(panel, source, name, list(curve))
+        panel.axvline(theta, color=GREY, linewidth=0.7, linestyle=(0, (1, 3)))
+        panel.set_title(rf"$\theta_i$ = {theta:g}°", fontsize=10)
+        clean(panel)
+    for panel in panels[len(thetas) :]:
+        panel.set_visible(False)
+    panels[0].set(yscale="log", ylim=_limits(drawn), xlim=(-90, 90))
+    panels[0].set_xticks(np.arange(-90, 91, 30))
+    for panel in panels[max(len(thetas) - columns, 0) : len(thetas)]:
+        panel.set_xlabel(r"signed $\theta_o$ (°), mirror side > 0")
+        panel.xaxis.set_tick_params(labelbottom=True)
+    for panel in panels[::columns]:
+        panel.set_ylabel("BRDF (1/sr)")
+    handles = {
+        label: handle
+        for panel in panels
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    # Columns of three: what is measured, Smith, others.
+    handles = dict(sorted(handles.items(), key=lambda item: _rank(item[0])))
+    made.legend(
+        list(handles.values()), list(handles), loc="outside lower center", ncols=3,
+        fontsize=SMALL, frameon=False,
+    )  # fmt: skip
+    return made
+
+
+def _rank(label: str) -> int:
+    """Place of a curve in the legend."""
+    return next((k for k, word in enumerate(("measured", "Smith")) if label.startswith(word)), 2)
+
+
+def _limits(drawn: Sequence[dict[str, Any]]) -> tuple[float, float]:
+    """From a third of the lowest curve's 5 % quantile to twice the highest value."""
+    values = np.array([row["brdf_per_sr"] for row in drawn])
+    top = float(values.max(initial=0.0)) or 1.0
+    lows = []
+    for _, curve in groupby(drawn, lambda r: (r["theta_i_deg"], r["source"], r["quantity"])):
+        positive = [row["brdf_per_sr"] for row in curve if row["brdf_per_sr"] > 0]
+        lows.append(float(np.quantile(positive, 0.05)) if positive else top)
+    return min(max(min(lows, default=top) / 3, top * _FLOOR), top / 100), 2 * top
+
+
+def _draw(panel: Axes, source: str, name: str, curve: list[dict[str, Any]]) -> None:
+    colour, marker, label = QUANTITY_STYLE[name]
+    theta = np.array([row["theta_o_deg"] for row in curve])
+    value = np.array([row["brdf_per_sr"] for row in curve])
+    shown = np.where(value > 0, value, np.nan)
+    what = "all orders" if name == "total" else label
+    if source == MEASURED:
+        low, high = (np.array([row[end] for row in curve]) for end in ("low", "high"))
+        panel.fill_between(
+            theta, np.maximum(low, 1e-12), high, color=colour, alpha=0.22, linewidth=0
+        )
+        panel.plot(
+            theta, shown, linestyle="none", color=colour, marker=marker, markersize=2.6,
+            fillstyle="none" if name == "total" else "full", markeredgewidth=0.6,
+            label=f"measured, {what}",
+        )  # fmt: skip
+        return
+    style, model = model_style(source)
+    lone = np.count_nonzero(value) <= _LONE
+    panel.plot(
+        theta, shown, color=colour, linestyle=style, linewidth=1.1, marker="_" if lone else None,
+        markersize=12, label=f"{model}, {what}",
+    )  # fmt: skip
+
+
+def of_results(datasets: Mapping[str, xr.Dataset], kd: float | None = None) -> Figure:
+    """Lobes of any results in the plane of incidence.
+
+    Measurements are points with bands, predictions lines; a panel for each θ_i of
+    the first result, which the others must share.
+
+    Raises
+    ------
+    InputError
+        If there are two measurements, or angles of incidence differ.
+
+    """
+    first = next(iter(datasets.values()))
+    scene = from_toml(first.attrs["scene"])
+    kd = scene.material.kd[0] if kd is None else kd
+    measurements = {k: d for k, d in datasets.items() if d.attrs["source"] == "measurement"}
+    predictions = {d.attrs["model"]: d for k, d in datasets.items() if k not in measurements}
+    for name, dataset in datasets.items():
+        if not np.array_equal(dataset.theta_i, first.theta_i):
+            raise InputError(f"{name}: its angles of incidence are not those of the first file")
+    if len(measurements) <= 1:
+        return figure(rows(next(iter(measurements.values()), None), predictions, scene, kd))
+    raise InputError(f"{len(measurements)} measurements: give one, with any number of predictions")

@@ -1,0 +1,98 @@
+"""Error against cost of several scenes: a panel each, and all of them in one."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ...analysis.tradeoff.study import CHOICES, QUANTITIES
+from .pareto import LEAST, MOST, STYLE, draw_rungs, legend
+from .style import SMALL, new_figure
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
+    """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity.
+
+    A scene of one rung, which has no other to be compared with, gets none beside others.
+    """
+    columns = 3
+    several = {name: table for name, table in tables.items() if len({r["rung"] for r in table}) > 1}
+    tables = several or tables
+    lines = -(-len(tables) // columns)
+    drawn = new_figure(1.75 * lines + 1.2)
+    grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    for panel, (name, table) in zip(grid.ravel(), tables.items(), strict=False):
+        draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
+        panel.set_title(name, fontsize=SMALL)
+        panel.tick_params(which="both", labelsize=8)
+    for panel in grid.ravel()[len(tables) :]:
+        panel.set_axis_off()
+    for k in range(columns):  # under the lowest panel of each column
+        lowest = grid[(len(tables) - 1 - k) // columns, k]
+        lowest.tick_params(labelbottom=True)
+        lowest.set_xlabel("processor time (s)", fontsize=SMALL)
+    what = QUANTITIES[quantity].removesuffix(", relative")
+    drawn.supylabel(f"error of the {what} (%)", fontsize=9)
+    legend(drawn, columns=3)
+    return drawn
+
+
+def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
+    """For each quantity and rung the quartiles over scenes of error and relative cost.
+
+    The cost is in those of the scene's cheapest rung. Scenes of one rung, which has no
+    other to be compared with, are left out.
+    """
+    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    models = {}
+    for table in tables.values():
+        for quantity in CHOICES:
+            mine = [row for row in table if row["quantity"] == quantity]
+            least = min((row["seconds"] for row in mine), default=1.0)
+            for row in mine if len(mine) > 1 else ():
+                models[row["rung"]] = row["model"]
+                pair = row["error"], row["seconds"] / least
+                found.setdefault((quantity, row["rung"]), []).append(pair)
+    rows = []
+    for (quantity, rung), pairs in found.items():
+        row = {"quantity": quantity, "rung": rung, "model": models[rung], "scenes": len(pairs)}
+        for name, values in zip(("error", "cost"), np.array(pairs).T, strict=True):
+            quartiles = np.quantile(values, [0.25, 0.5, 0.75])
+            ends = (f"{name}_low", name, f"{name}_high")
+            row |= {key: float(value) for key, value in zip(ends, quartiles, strict=True)}
+        rows.append(row)
+    return rows
+
+
+def over_all(rows: Rows) -> Figure:
+    """A panel for each quantity of `medians`: symbols the medians, bars the middle half."""
+    names = [q for q in CHOICES if any(row["quantity"] == q for row in rows)]
+    drawn = new_figure(4.3)
+    grid = drawn.subplots(1, max(len(names), 1), squeeze=False, sharex=True, sharey=True)[0]
+    for panel, quantity in zip(grid, names, strict=False):
+        for row in rows:
+            if row["quantity"] != quantity:
+                continue
+            colour, marker, label = STYLE[row["model"]]
+            values = 100 * np.clip([row[k] for k in ("error_low", "error", "error_high")],
+                                   LEAST, MOST)  # fmt: skip
+            x = row["cost"]
+            panel.errorbar(
+                x, values[1], np.abs(np.diff(values))[:, None],
+                [[x - row["cost_low"]], [row["cost_high"] - x]],
+                color=colour, marker=marker, markersize=8 if marker == "*" else 5,
+                linestyle="none", linewidth=0.7, label=label,
+            )  # fmt: skip
+        panel.set(xscale="log", yscale="log")
+        panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
+        panel.grid(visible=True, which="major", color="#eeeeee", linewidth=0.5)
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.tick_params(which="both", labelsize=8)
+        panel.set_xlabel("time over the cheapest's", fontsize=SMALL)
+    grid[0].set_ylabel("error (%)", fontsize=9)
+    how = "symbols: median of scenes; bars: middle half; 0.01 % stands for less, 200 % for more"
+    legend(drawn, columns=3, title=how)
+    return drawn

@@ -1,0 +1,72 @@
+"""report.json: all figures of a report for programs."""
+
+import json
+import platform
+import shlex
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from ..analysis import regression as baseline
+from ..analysis.validate import Validation, as_json
+from ..files import whole_file
+from ..invariants import Invariant, as_rows, broken
+from ..results import uncertainty as precision
+
+LIBRARIES = (
+    "click", "embreex", "filelock", "jinja2", "matplotlib", "mpmath", "numba", "numpy", "psutil",
+    "scipy", "tomli-w", "tqdm", "trimesh", "xarray",
+)  # fmt: skip
+"""What microsurf needs to run."""
+
+
+def of(
+    entries: list[Validation],
+    seed: int,
+    lasting: Iterable[Invariant] = (),
+    old: tuple[str, dict[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """Give the document of report.json; report.schema.json beside this file describes it."""
+    lasting = list(lasting)
+    content = {
+        "schema": baseline.SCHEMA,
+        "microsurf": __version__,
+        "seed": seed,
+        "command": shlex.join(["microsurf", *sys.argv[1:]]),
+        "python": platform.python_version(),
+        "libraries": versions(),
+        "scenes": [
+            {**as_json(entry), "errors": precision.as_json(entry.measured, entry.scene)}
+            for entry in entries
+        ],
+        "invariants": as_rows(lasting),
+        "broken": broken(lasting),
+    }
+    return content | {
+        "baseline": None if old is None else baseline.against(content, old[1], old[0])
+    }
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of LIBRARIES; embreex is not to be had on every machine."""
+    found = {}
+    for name in LIBRARIES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
+
+
+def save(document: dict[str, Any], path: Path) -> None:
+    """Write a document as strict JSON."""
+    text = json.dumps(document, indent=1, default=_plain, allow_nan=False)
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _plain(value: Any) -> Any:
+    """What json does not know: arrays and numpy numbers become lists and numbers."""
+    return value.tolist()

@@ -1,0 +1,297 @@
+"""What is asked: material, roughness, surface, light, accuracy. Files: `scene_file`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from .. import memory
+from ..errors import InputError
+from . import validators as checks
+from .expectation import Expectation
+
+STRUCTURES = ("independent", "tops", "middle", "extremes")
+"""Where the steep facets of a generated surface lie in height."""
+BOUNDARIES = ("periodic", "mirror")
+LEVELS = ("none", "plane", "quadratic")
+MAX_CELLS = 16384
+MAX_INDEX = 100.0
+"""Largest n and k: beyond, 4/n of the light at most enters, and F is 1 but at grazing."""
+CORRELATIONS = (0.5, 1e6)
+"""Correlation lengths in cells: below, cells are white noise; above, a period is one parabola."""
+BECKMANN = 1e9
+"""γ that stands for Beckmann's ∞: the same to nine digits."""
+DEFAULT_PATHS = 1_000_000
+MOST_PATHS = 10**12
+LEAST_ERROR = 1e-6
+SPACINGS = (1e-30, 1e30)
+"""Spacings in the unit of length: squares of heights and float32 meshes must hold them."""
+
+
+def _check_cells(cells: Any) -> None:
+    """Refuse a number of cells a side that no mesh has, saying what memory it would take."""
+    plain = isinstance(cells, int) and not isinstance(cells, bool)
+    if plain and MAX_CELLS < cells < 10**9:
+        raise InputError(
+            f"surface.cells = {cells}: must be 2 … {MAX_CELLS}; {cells} a side would take about "
+            f"{memory.gibibytes(cells**2 * memory.TRACE_BYTES_PER_CELL)} of memory, "
+            f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.TRACE_BYTES_PER_CELL)}"
+        )
+    checks.whole("surface.cells", cells, 2, MAX_CELLS)
+
+
+@dataclass(frozen=True)
+class Material:
+    """Interfaced-Lambertian facet, or a conductor.
+
+    Relative index n in [1, 100] and substrate albedo Kd in [0, 1], by default 0.8;
+    several Kd are answered by one trace. An extinction coefficient k in (0, 100] makes
+    it a conductor of index n + ik, n in (0, 100], without a substrate (Kd = 0).
+    """
+
+    n: float = 1.5
+    kd: tuple[float, ...] = ()
+    k: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", checks.number("material.n", self.n))
+        object.__setattr__(self, "k", checks.number("material.k", self.k))
+        checks.require(0 <= self.k <= MAX_INDEX, "material.k", self.k, "0 (a dielectric) … 100")
+        if self.kd == ():
+            object.__setattr__(self, "kd", 0.0 if self.conductor else 0.8)
+        object.__setattr__(self, "kd", checks.numbers("material.kd", self.kd))
+        for kd in self.kd:
+            checks.require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
+        if self.conductor:
+            checks.require(0 < self.n <= MAX_INDEX, "material.n", self.n, "> 0 … 100 (with k)")
+            checks.require(
+                self.kd == (0.0,), "material.kd", self.kd, "left out: a conductor has no substrate"
+            )
+        else:
+            checks.require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
+
+    @property
+    def conductor(self) -> bool:
+        """Whether the facet is a conductor, and light that it does not mirror is absorbed."""
+        return self.k > 0
+
+
+@dataclass(frozen=True)
+class Roughness:
+    """STD slopes: shape γ > 3/2, roughness σ along x and y (one number: isotropic).
+
+    σ = 0 is flat; below 1e−6 a lobe is narrower than float32 directions can tell.
+    """
+
+    gamma: float = 2.0
+    sigma: tuple[float, ...] = (0.5,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gamma", checks.number("roughness.gamma", self.gamma))
+        object.__setattr__(self, "sigma", checks.numbers("roughness.sigma", self.sigma))
+        checks.require(
+            self.gamma > 1.5,
+            "roughness.gamma",
+            self.gamma,
+            "> 1.5 (below, the mean slope of the surface is infinite)",
+        )
+        checks.require(
+            len(self.sigma) <= 2, "roughness.sigma", self.sigma, "one number or two (x, y)"
+        )
+        for sigma in self.sigma:
+            checks.require(
+                sigma == 0 or 1e-6 <= sigma <= 1000,
+                "roughness.sigma",
+                sigma,
+                "0 (flat) or 1e-6 … 1000",
+            )
+        checks.require(
+            (self.sigma_x > 0) == (self.sigma_y > 0),
+            "roughness.sigma",
+            self.sigma,
+            "both zero (flat) or both positive",
+        )
+
+    @property
+    def sigma_x(self) -> float:
+        """Roughness along x."""
+        return self.sigma[0]
+
+    @property
+    def sigma_y(self) -> float:
+        """Roughness along y."""
+        return self.sigma[-1]
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether both roughnesses are equal."""
+        return self.sigma_x == self.sigma_y
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The explicit surface: generated, or read from ``file``."""
+
+    cells: int = 512
+    correlation: float = 8.0
+    structure: str = "independent"
+    realisations: int = 4
+    file: str | None = None
+    spacing: float | None = None
+    boundary: str | None = None
+    level: str = "none"
+
+    def __post_init__(self) -> None:
+        _check_cells(self.cells)
+        object.__setattr__(
+            self, "correlation", checks.number("surface.correlation", self.correlation)
+        )
+        low, high = CORRELATIONS
+        checks.require(
+            low <= self.correlation <= high,
+            "surface.correlation",
+            self.correlation,
+            f"{low:g} … {high:g} cells",
+        )
+        checks.choice("surface.structure", self.structure, STRUCTURES)
+        checks.whole("surface.realisations", self.realisations, 1, 10_000)
+        if self.spacing is not None:
+            spacing = checks.number("surface.spacing", self.spacing)
+            object.__setattr__(self, "spacing", spacing)
+            low, high = SPACINGS
+            checks.require(
+                low <= spacing <= high, "surface.spacing", spacing, f"{low:g} … {high:g}"
+            )
+        if self.boundary is not None:
+            checks.choice("surface.boundary", self.boundary, BOUNDARIES)
+        checks.choice("surface.level", self.level, LEVELS)
+        named = self.file is None or (isinstance(self.file, str) and self.file != "")
+        checks.require(named, "surface.file", self.file, "the name of a file")
+
+
+@dataclass(frozen=True)
+class Light:
+    """Directions of incidence in degrees: θ in [0, 90), φ in [−360, 360] from +x."""
+
+    theta: tuple[float, ...] = (0.0, 30.0, 60.0, 80.0)
+    phi: tuple[float, ...] = (0.0,)
+
+    @property
+    def angles(self) -> int:
+        """How many directions there are, each θ with each φ."""
+        return len(self.theta) * len(self.phi)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "theta", checks.numbers("light.theta", self.theta))
+        object.__setattr__(self, "phi", checks.numbers("light.phi", self.phi))
+        for theta in self.theta:
+            checks.require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
+        for phi in self.phi:
+            checks.require(-360 <= phi <= 360, "light.phi", phi, "−360 … 360 degrees")
+        for name, values in (("light.theta", self.theta), ("light.phi", self.phi)):
+            checks.require(
+                len(set(values)) == len(values), name, list(values), "without repetition"
+            )
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How much work: paths for each angle and realisation, or the error to reach.
+
+    ``standard_error`` is that of albedos, ``lobe_error`` that of lobes relative to
+    themselves (see `precision`), by default the same number.
+    """
+
+    paths: int = DEFAULT_PATHS
+    standard_error: float | None = None
+    lobe_error: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.whole("accuracy.paths", self.paths, 1, MOST_PATHS)
+        for name in ("standard_error", "lobe_error"):
+            asked = getattr(self, name)
+            if asked is not None:
+                number = checks.number(f"accuracy.{name}", asked)
+                checks.require(LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1")
+                object.__setattr__(self, name, number)
+        if self.lobe_error is not None and self.standard_error is None:
+            raise InputError(
+                f"accuracy.lobe_error = {self.lobe_error}: goes with a standard_error; give both"
+            )
+        if self.standard_error is not None and self.paths != DEFAULT_PATHS:
+            raise InputError(
+                f"accuracy.paths = {self.paths} and standard_error = {self.standard_error}: "
+                "give one of both; paths are then as many as the error takes"
+            )
+
+
+@dataclass(frozen=True)
+class Effects:
+    """What to leave out on purpose."""
+
+    multiple_scattering: bool = True
+
+    def __post_init__(self) -> None:
+        checks.require(
+            isinstance(self.multiple_scattering, bool),
+            "effects.multiple_scattering",
+            self.multiple_scattering,
+            "true or false",
+        )
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One question to the tool. `Scene.requires` decides what has to run for it."""
+
+    title: str = ""
+    rationale: str = ""
+    material: Material = field(default_factory=Material)
+    roughness: Roughness = field(default_factory=Roughness)
+    surface: Surface = field(default_factory=Surface)
+    light: Light = field(default_factory=Light)
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    effects: Effects = field(default_factory=Effects)
+    expect: Mapping[str, Expectation] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("title", "rationale"):
+            checks.require(
+                isinstance(getattr(self, name), str), name, getattr(self, name), "a text"
+            )
+        for quantity, expected in self.expect.items():
+            if len(expected.verdict) not in (1, len(self.light.theta)):
+                raise InputError(
+                    f"expect.{quantity}.verdict has {len(expected.verdict)} entries: "
+                    f"must be one, or one for each of the {len(self.light.theta)} light.theta"
+                )
+
+    @property
+    def requires(self) -> "Requirements":
+        """Which effects this scene needs; what is not needed is never run."""
+        measured = self.surface.file is not None
+        return Requirements(
+            interface=self.material.n > 1 or self.material.conductor,
+            substrate=max(self.material.kd) > 0,
+            roughness=measured or self.roughness.sigma_x > 0,
+            anisotropy=measured or not self.roughness.isotropic,
+            multiple_scattering=self.effects.multiple_scattering,
+            azimuth=measured or not self.roughness.isotropic or len(self.light.phi) > 1,
+        )
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """The effects a scene needs, each false where it would compute a known answer.
+
+    interface: n > 1 or k > 0, else no Fresnel; substrate: some Kd > 0, else no body events;
+    roughness: σ > 0, else no mesh; anisotropy: σ_x ≠ σ_y; multiple_scattering:
+    light that meets a second facet is followed; azimuth: from where light comes matters,
+    else it comes from all sides in turn, and lobes are folded about the plane of incidence.
+    """
+
+    interface: bool
+    substrate: bool
+    roughness: bool
+    anisotropy: bool
+    multiple_scattering: bool
+    azimuth: bool

@@ -1,0 +1,88 @@
+"""The whole map: digits of every law and sampler, counts of what is no number, borders."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from tqdm import tqdm
+
+from . import domain as box
+from .case import ENOUGH, Law, Point, points
+from .functions import LAWS
+from .limits import Border, check
+from .samplers import SAMPLERS
+from .sweep import Count, sweep
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Of one law: the place where least is left beyond the conditioning, and whether it is enough.
+
+    ``short`` is the number of places with less than ENOUGH digits beyond the conditioning;
+    ``least`` the fewest digits right anywhere, whatever the conditioning.
+    """
+
+    law: str
+    group: str
+    places: int
+    worst: Point
+    least: float
+    short: int
+    note: str
+
+    @property
+    def verdict(self) -> str:
+        """``ok``, ``stated`` if a note says where fewer digits are right and why, or ``short``."""
+        if not self.short:
+            return "ok"
+        return "stated" if self.note else "short"
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What `survey` found."""
+
+    points: list[Point]
+    summaries: list[Summary]
+    counts: list[Count]
+    borders: list[Border]
+    seconds: float
+
+    @property
+    def sound(self) -> bool:
+        """Whether no law is short of digits without a reason and nothing but numbers was found."""
+        return all(row.verdict != "short" for row in self.summaries) and all(
+            row.nan == row.infinite == row.negative == 0 for row in self.counts
+        )
+
+
+def survey(*, quick: bool, progress: bool = False) -> Stability:
+    """Make the map: coarse in less than a minute on one core, or fine in several."""
+    begin = time.perf_counter()
+    grid = box.QUICK if quick else box.FULL
+    found: list[Point] = []
+    summaries = []
+    for law in tqdm((*LAWS, *SAMPLERS), desc="laws", disable=None if progress else True):
+        mine = list(points(law, grid))
+        found += mine
+        summaries.append(summarise(law, mine))
+    counts = sweep(24 if quick else 400, 1000, np.random.default_rng(1))
+    borders = tqdm(
+        check(*((256, 10_000, 1024) if quick else (512, 200_000, 4096))),
+        desc="borders",
+        disable=None if progress else True,
+    )
+    return Stability(found, summaries, counts, list(borders), time.perf_counter() - begin)
+
+
+def summarise(law: Law, found: list[Point]) -> Summary:
+    """Return the worst place of a law, and how many fall short."""
+    return Summary(
+        law.name,
+        law.group,
+        len(found),
+        min(found, key=lambda point: point.kept),
+        min(point.right for point in found),
+        sum(point.kept < ENOUGH for point in found),
+        law.note,
+    )

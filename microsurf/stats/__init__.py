@@ -1,0 +1,1 @@
+"""Statistics that know nothing of light: tests, variance components, convergence orders."""

@@ -1,0 +1,105 @@
+"""How surprising a deviation is if there is none: p-values, for one question and a family.
+
+All p-values are uniform in 0 … 1 under the null hypothesis, or (where counts are few)
+somewhat larger. `validation/calibration/run.py` measures how well.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special, stats
+
+Array = NDArray[np.float64]
+
+LEAST = 10.0
+"""Expected counts below which neighbouring bins of a chi-square test are pooled."""
+
+
+def z_test(values: ArrayLike, expected: ArrayLike, errors: ArrayLike) -> Array:
+    """Two-sided p-values of estimates that are normal with known standard errors ≥ 0.
+
+    An error of 0 is an exact value: p = 1 if it is as expected, else 0.
+    """
+    off = np.abs(np.asarray(values, np.float64) - np.asarray(expected, np.float64))
+    spread = np.broadcast_to(np.asarray(errors, np.float64), off.shape)
+    if not np.all(spread >= 0):
+        raise ValueError("errors: standard errors must be ≥ 0")
+    z = np.divide(off, spread, out=np.where(off > 0, np.inf, 0.0), where=spread > 0)
+    return np.asarray(2 * special.ndtr(-z))
+
+
+def chi_square(
+    seen: ArrayLike, expected: ArrayLike, *, total_fixed: bool, least: float = LEAST
+) -> float:
+    """p-value of counts against expected counts (Pearson), sparse bins pooled with each other.
+
+    Bins are joined in ascending order of what they expect until each expects ``least``.
+
+    Parameters
+    ----------
+    seen, expected : array_like
+        Counts by bin, of one shape; expected ≥ 0.
+    total_fixed : bool
+        Whether the bins hold all events, so that their sum says nothing: one degree of
+        freedom less. Else the counts are Poisson, or a small part of a fixed total.
+    least : float
+        Expected count of each pooled bin, > 0.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two pooled bins are left, or totals differ though they are fixed.
+
+    """
+    counts, means = (np.ravel(np.asarray(a, np.float64)) for a in (seen, expected))
+    if np.any((means == 0) & (counts > 0)):
+        return 0.0
+    order = np.argsort(means, kind="stable")
+    counts, means = counts[order], means[order]
+    if total_fixed and not np.isclose(counts.sum(), means.sum(), rtol=1e-9):
+        raise ValueError(f"{counts.sum()} events seen, {means.sum()} expected: totals differ")
+    group = _groups(means, least)
+    pooled, wanted = (np.bincount(group, weights=a) for a in (counts, means))
+    if len(wanted) < 2:
+        raise ValueError(f"fewer than two bins expect {least} events or more")
+    chi2 = np.sum((pooled - wanted) ** 2 / wanted)
+    return float(stats.chi2.sf(chi2, len(wanted) - total_fixed))
+
+
+def _groups(expected: Array, least: float) -> NDArray[np.int64]:
+    """Number of the pooled bin of each bin; what is left over joins the last."""
+    group = np.zeros(len(expected), np.int64)
+    number, filled = 0, 0.0
+    for k, value in enumerate(expected):
+        group[k] = number
+        filled += value
+        if filled >= least:
+            number, filled = number + 1, 0.0
+    # Only the last group can be too small: it was never filled.
+    return np.minimum(group, max(number - 1, 0))
+
+
+def sidak(p_values: ArrayLike) -> float:
+    """p-value of a family of independent tests: of its smallest, 1 − (1 − p)^m (Šidák 1967)."""
+    p = np.ravel(np.asarray(p_values, np.float64))
+    if np.any(p == 1) and p.min() == 1:
+        return 1.0
+    return float(-np.expm1(p.size * np.log1p(-p.min())))
+
+
+def sidak_level(level: float, tests: int) -> float:
+    """Level of each of so many independent tests that together have ``level``."""
+    return float(-np.expm1(np.log1p(-level) / tests))
+
+
+def holm(p_values: ArrayLike) -> Array:
+    """p-values adjusted for their family, whatever their dependence (Holm 1979).
+
+    Rejecting those at or below α makes one false rejection or more with a probability
+    of at most α. Same shape as given.
+    """
+    p = np.asarray(p_values, np.float64)
+    order = np.argsort(p, axis=None)
+    adjusted = np.empty(p.size)
+    factors = np.arange(p.size, 0, -1)
+    adjusted[order] = np.minimum(np.maximum.accumulate(factors * p.ravel()[order]), 1)
+    return adjusted.reshape(p.shape)

@@ -1,0 +1,168 @@
+"""Rays and surfaces told apart: a one-way analysis of variance, and what to buy next.
+
+The mean over R surfaces has the variance (σ_b² + σ_w²)/R: σ_b is the standard deviation
+*between* surfaces, σ_w *within* one, from its finite number of rays. The spread s² of
+the surfaces' means estimates σ_b² + σ_w², their batches know σ_w² alone; what is left is
+σ_b² = max(0, s² − σ_w²). Its interval is that of Tukey (1951) and Williams (1962):
+
+    (R−1)(s² − F₊σ_w²)/χ²₊ … (R−1)(s² − F₋σ_w²)/χ²₋
+
+with the upper and lower quantiles of F on (R−1, ν) and of χ² on R−1 degrees of freedom.
+It asks for surfaces whose means are normally distributed; its coverage is then the
+stated one or a little more. ν is Satterthwaite's (1946): what the mean of several
+variances of few batches each is worth.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from ..errors import InputError
+
+CONFIDENCE = 0.95
+KNOWN = 1e9
+"""Degrees of freedom of a variance that is known."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How well a mean over surfaces is known, and from what its error comes.
+
+    Attributes
+    ----------
+    surfaces : int
+        R.
+    mean, error : float
+        Over the surfaces, and its standard error; of the rays if there is one surface.
+    within : float
+        σ_w, standard deviation of one surface's value from its rays.
+    between, low, high : float
+        σ_b and its 95 % interval; of one surface nothing is known: 0, 0 and ∞.
+
+    """
+
+    surfaces: int
+    mean: float
+    error: float
+    within: float
+    between: float
+    low: float
+    high: float
+
+    @property
+    def floor(self) -> float:
+        """Error that is left however many rays there are."""
+        return self.between / float(np.sqrt(self.surfaces))
+
+    @property
+    def dominant(self) -> str:
+        """Say "rays", "surfaces", or "either" where the interval of σ_b does not tell."""
+        if self.high < self.within:
+            return "rays"
+        return "surfaces" if self.low > self.within else "either"
+
+
+def satterthwaite(variances: NDArray[np.float64], freedom: NDArray[np.float64]) -> float:
+    """Degrees of freedom of the mean of variances that have ``freedom`` each."""
+    squares = float((variances**2 / freedom).sum())
+    return float(variances.sum()) ** 2 / squares if squares > 0 else KNOWN
+
+
+def spread(
+    values: NDArray[np.float64], ray_variance: NDArray[np.float64], freedom: float = KNOWN
+) -> Spread:
+    """Tell rays and surfaces apart from each surface's value and the variance of its rays.
+
+    ``freedom`` is that of the mean of ``ray_variance``, see `satterthwaite`. Values and
+    variances of a lobe have its bins as further dimensions: variances are then summed
+    over them, and the mean is the root of the sum of squares. Bins may vary all together
+    between surfaces, so that their sum is worth R−1 degrees of freedom, as one bin is; if
+    each varies on its own the interval of σ_b is wider than it need be.
+    """
+    count = len(values)
+    if count == 0 or ray_variance.shape != values.shape:
+        raise InputError(f"values {values.shape}, variances {ray_variance.shape}: one of each")
+    bins = values.reshape(count, -1)
+    mean = bins.mean(axis=0)
+    size = float(mean[0]) if values.ndim == 1 else float(np.sqrt((mean**2).sum()))
+    within = float(ray_variance.reshape(count, -1).sum(axis=1).mean())
+    if count == 1:
+        error = float(np.sqrt(within))
+        return Spread(1, size, error, error, 0.0, 0.0, float("inf"))
+    total = float(bins.var(axis=0, ddof=1).sum())
+    return of_variances(count, size, total, within, freedom)
+
+
+def of_variances(
+    count: int, mean: float, total: float, within: float, freedom: float = KNOWN
+) -> Spread:
+    """The same from s² (``total``) and σ_w² (``within``) of ``count`` > 1 surfaces."""
+    free, of_rays = count - 1, min(freedom, KNOWN)
+    tails = (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2
+    high, low = (
+        free
+        * max(total - within * float(stats.f.ppf(tail, free, of_rays)), 0.0)
+        / float(stats.chi2.ppf(tail, free))
+        for tail in tails
+    )
+    between = max(total - within, 0.0)
+    roots = (float(np.sqrt(v)) for v in (total / count, within, between, low, high))
+    return Spread(count, mean, *roots)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What halves the error of a mean.
+
+    Attributes
+    ----------
+    dominant : str
+        "rays", "surfaces" or "either", see `Spread`.
+    rays : float or None
+        How many times the rays; None if surfaces alone leave more than half.
+    surfaces : int or None
+        How many of them in all; None where there is no other.
+    text : str
+        The same in one line.
+
+    """
+
+    dominant: str
+    rays: float | None
+    surfaces: int | None
+    text: str
+
+
+def advice(found: Spread, *, only: bool = False) -> Advice:
+    """What to buy next; ``only``: there is one surface and no other, flat or from a file.
+
+    A finer mesh or a larger tile is never part of it: what they leave does not show in
+    any spread, `microsurf convergence` measures it.
+    """
+    if found.error == 0:
+        return Advice("rays", None, None, "no error: nothing to buy")
+    if only:
+        return Advice("rays", 4.0, None, "4 times the rays halve it; there is one surface only")
+    if found.surfaces == 1:
+        text = "one surface does not tell what others would: trace at least 4"
+        return Advice("either", None, 4, text)
+    surfaces = 4 * found.surfaces
+    within, between = found.within**2, found.between**2
+    room = max(found.error**2 * found.surfaces, within) / 4 - between
+    rays = within / room if room > 0 and within > 0 else None
+    more = f"{surfaces} surfaces instead of {found.surfaces} halve it"
+    left = found.floor / found.error
+    if rays is None:
+        text = f"{more}; rays alone leave {100 * min(left, 1):.0f} % of it"
+    else:
+        text = f"{rays:.3g} times the rays halve it, or {more.removesuffix(' halve it')}"
+    return Advice(found.dominant, rays, surfaces, f"{_WHY[found.dominant]}: {text}")
+
+
+_WHY = {
+    "rays": "rays dominate",
+    "surfaces": "surfaces dominate",
+    "either": "too few surfaces to tell what dominates",
+}

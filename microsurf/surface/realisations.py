@@ -1,0 +1,75 @@
+"""The surfaces a scene asks for, one for each realisation."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from .. import memory
+from ..errors import InputError
+from ..scene import Scene
+from .detrend import level
+from .heightfield import Heightfield
+from .io import read_surface
+from .plausibility import assumed, examine
+from .synthesis import generate_surface
+
+
+def realisation_seed(seed: int, realisation: int) -> int:
+    """Seed of one realisation: unrelated to those of other realisations and other seeds.
+
+    The recipe of the surface holds it, so `generate_surface` makes the same again.
+    """
+    return int(np.random.SeedSequence(seed, spawn_key=(0, realisation)).generate_state(1)[0])
+
+
+def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:
+    """Read the scene's file, or generate its realisations one after the other.
+
+    Raises
+    ------
+    InputError
+        If the file can't be used or its slopes can't be traced, or a surface would not fit
+        into memory.
+
+    """
+    count = scene.surface.realisations if scene.surface.file is None else 1
+    for realisation in range(count):
+        yield surface_of(scene, seed, realisation)
+
+
+def notes_on_file(scene: Scene) -> list[str]:
+    """What is taken for granted of the scene's file, and what hints at a mistake in it.
+
+    Empty for generated surfaces. Raises as `surfaces_of`.
+    """
+    asked = scene.surface
+    if asked.file is None:
+        return []
+    return assumed(asked) + examine(surface_of(scene, 0, 0), asked.file)
+
+
+def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
+    """One realisation alone; a file has only one. Raises as `surfaces_of`."""
+    asked = scene.surface
+    if asked.file is not None:
+        found = read_surface(Path(asked.file), spacing=asked.spacing, boundary=asked.boundary)
+        found = level(found, asked.level)
+        examine(found, asked.file)
+        return found
+    if asked.boundary == "mirror" or asked.level != "none":
+        raise InputError(
+            "surface.boundary and surface.level are for a surface.file; "
+            "a generated surface is periodic and level"
+        )
+    memory.require(asked.cells**2, memory.TRACE_BYTES_PER_CELL, f"surface.cells = {asked.cells}")
+    return generate_surface(
+        scene.roughness.gamma,
+        scene.roughness.sigma_x,
+        scene.roughness.sigma_y,
+        cells=asked.cells,
+        correlation=asked.correlation,
+        structure=asked.structure,
+        spacing=asked.spacing or 1.0,
+        seed=realisation_seed(seed, realisation),
+    )

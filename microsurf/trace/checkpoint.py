@@ -1,0 +1,235 @@
+"""Finished pieces on disk, each written whole or not at all, so that a killed run goes on.
+
+A lane's pieces (one angle on one realisation) are put together as they add up: the file
+of its first one then stands for the first ``count`` of them. What is there is believed
+only if it belongs to this run and its checksum is right; else it is traced again.
+"""
+
+import errno
+import hashlib
+import json
+import logging
+import shutil
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from filelock import FileLock, Timeout
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..errors import InputError, MicrosurfError
+from ..files import whole_file
+from ..scene import Scene
+from ..scene.toml import to_toml
+from .scheduler import Lane
+from .wavefront import Tally
+from .work_items import PIECE, Piece, Source
+
+TOGETHER = 32
+"""So many pieces of a lane at most lie about singly."""
+
+RESULT = "result.nc"
+"""Name of the whole result while it is written."""
+_RUN, _LOCK = "run.json", "lock"
+_NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
+"""What a file system answers that has none: Lustre and NFS as they are often mounted."""
+_PIECES = "[0-9]*-[0-9]*-[0-9]*.npz"
+
+
+class Keep:
+    """A folder of finished pieces of one run, for one process at a time.
+
+    Raises
+    ------
+    InputError
+        If it holds pieces and ``resume`` is false, those of another run, or other files;
+        if another process is at it, or it can't be made or read.
+
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        scene: Scene,
+        sources: Sequence[Source] | None,
+        seed: int,
+        *,
+        resume: bool,
+        piece: int | None = None,
+    ) -> None:
+        self._folder = folder
+        run = {
+            "microsurf": __version__,
+            "piece": PIECE if piece is None else piece,
+            "tally": [f.name for f in fields(Tally)],
+            "seed": seed,
+            "scene": to_toml(scene),
+            "surfaces": None if sources is None else [source.name for source in sources],
+        }
+        self._run = hashlib.sha256(json.dumps(run).encode()).hexdigest()
+        self._together: dict[tuple[int, int], int] = {}
+        note = folder / _RUN
+        try:
+            folder.mkdir(exist_ok=True)
+            # A lock made of a file alone would outlive a killed run, and bar its resumption.
+            self._lock = FileLock(folder / _LOCK, thread_local=False, fallback_to_soft=False)
+            self._claim()
+        except OSError as error:
+            raise InputError(
+                f"{folder}: can't be a folder for finished pieces ({error.strerror}); "
+                "remove it or choose another place"
+            ) from error
+        try:
+            self._check(note, resume=resume)
+            with whole_file(note) as temporary:
+                temporary.write_text(json.dumps({"run": self._run, **run}, indent=1), "utf-8")
+        except BaseException:
+            self.close()
+            raise
+
+    def _claim(self) -> None:
+        """Hold the folder until this process ends, however it does; by trust without locks."""
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout as error:
+            raise InputError(
+                f"{self._folder}: another run is at work there; wait for it or choose another place"
+            ) from error
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
+            logging.getLogger(__name__).warning(
+                "microsurf: %s: the file system has no locks (%s); let no other run work there",
+                self._folder,
+                error.strerror,
+            )
+
+    def _check(self, note: Path, *, resume: bool) -> None:
+        ours = {path.name for path in self._folder.glob(_PIECES)}
+        others = {path.name for path in self._folder.iterdir()} - ours - {_RUN, _LOCK, RESULT}
+        # What a killed run was writing begins with a point.
+        foreign = sorted(name for name in others if not name.startswith("."))
+        if foreign:
+            raise InputError(
+                f"{self._folder}: holds {foreign[0]}, which is no piece of a run; "
+                "move it elsewhere or choose another place"
+            )
+        if ours and not resume:
+            raise InputError(
+                f"{self._folder}: holds finished pieces of a run that was not finished; "
+                "add --resume to go on with it, or remove the folder to begin again"
+            )
+        if ours and _read(note) != self._run:
+            raise InputError(
+                f"{self._folder}: holds pieces of another run (another scene, seed, surface or "
+                "version); resume that one with its own options, or remove the folder"
+            )
+
+    def _path(self, piece: Piece, number: int) -> Path:
+        name = f"{piece.source.realisation:05d}-{piece.angle:05d}-{number:08d}.npz"
+        return self._folder / name
+
+    def save(self, piece: Piece, tally: Tally) -> None:
+        """Write what a piece came to. Raises MicrosurfError if there is no room for it."""
+        self._write(self._path(piece, piece.number), 1, tally)
+
+    def add_up(self, piece: Piece, lane: Lane) -> None:
+        """Put a lane's pieces together, if many lie about singly or no more are wanted."""
+        place = piece.source.realisation, piece.angle
+        before = self._together.get(place, 1)
+        if lane.tally is None or lane.added <= before:
+            return
+        if lane.closed or lane.added - before >= TOGETHER:
+            self._write(self._path(piece, 0), lane.added, lane.tally)
+            self._together[place] = lane.added
+            # Of a closed lane also what is beyond enough.
+            for number in range(before, lane.issued if lane.closed else lane.added):
+                self._path(piece, number).unlink(missing_ok=True)
+
+    def _write(self, path: Path, count: int, tally: Tally) -> None:
+        arrays: dict[str, Any] = {"count": np.array(count)}
+        for field in fields(Tally):
+            values = np.asarray(getattr(tally, field.name))
+            place = np.flatnonzero(values).astype(np.uint32)
+            arrays[field.name] = values.ravel()[place]
+            arrays[f"{field.name} place"] = place
+            arrays[f"{field.name} shape"] = np.array(values.shape)
+        arrays["checksum"] = self._checksum(path, arrays)
+        try:
+            with whole_file(path) as temporary:
+                np.savez(temporary, **arrays)
+        except InputError as error:  # it could be written when the run began
+            raise MicrosurfError(str(error)) from error
+
+    def _checksum(self, path: Path, arrays: dict[str, Any]) -> NDArray[np.uint8]:
+        """Digest of a file's arrays, of its place, and of the run it belongs to."""
+        digest = hashlib.sha256(f"{self._run} {path.name}".encode())
+        for name in sorted(arrays.keys() - {"checksum"}):
+            values = np.ascontiguousarray(arrays[name])
+            digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+            digest.update(values.tobytes())
+        return np.frombuffer(digest.digest(), np.uint8)
+
+    def close(self) -> None:
+        """Let others have the folder."""
+        self._lock.release()
+
+    def leave(self) -> None:
+        """Remove the folder if no piece of it was finished."""
+        if not any(self._folder.glob(_PIECES)):
+            self.close()  # Windows removes nothing that is open
+            clear(self._folder)
+
+    def load(self, piece: Piece) -> tuple[int, Tally] | None:
+        """How many pieces from this one on are there, and what they came to; None if none is."""
+        path = self._path(piece, piece.number)
+        if not path.is_file():
+            return None
+        try:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
+                arrays = {name: found[name] for name in found.files}
+            if not np.array_equal(arrays["checksum"], self._checksum(path, arrays)):
+                return None
+            count, tally = int(arrays["count"]), _tally(arrays)
+        except Exception:  # noqa: BLE001 - numpy and zipfile raise anything for a damaged file
+            return None
+        if count > 1:
+            self._together[piece.source.realisation, piece.angle] = count
+        return count, tally
+
+
+def _tally(arrays: dict[str, Any]) -> Tally:
+    values = {}
+    for field in fields(Tally):
+        filled = arrays[field.name]
+        values[field.name] = np.zeros(arrays[f"{field.name} shape"], filled.dtype)
+        values[field.name].ravel()[arrays[f"{field.name} place"]] = filled
+    return Tally(**values)
+
+
+def clear(folder: Path) -> None:
+    """Remove a folder of finished pieces, once the whole result is safe.
+
+    Raises
+    ------
+    MicrosurfError
+        If that is not possible.
+
+    """
+    try:
+        shutil.rmtree(folder)
+    except OSError as error:
+        raise MicrosurfError(
+            f"{folder}: could not be removed ({error.strerror}); remove it yourself"
+        ) from error
+
+
+def _read(note: Path) -> str | None:
+    try:
+        found = json.loads(note.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    return found.get("run") if isinstance(found, dict) else None

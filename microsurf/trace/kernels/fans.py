@@ -1,0 +1,210 @@
+"""What comes out of the substrate of a first facet, a whole azimuth at a time, compiled.
+
+On a heightfield, what a point sees along one azimuth has one border: a ray that gets away
+shows that all steeper ones do, a ray that is blocked that all flatter ones are. So light
+that leaves a substrate is not sent as single paths but as a *fan*: an azimuth drawn from
+the facet's lobe, and in it one direction for each of the detector's rings, each with its
+share of the light. A few rays find the first ring that is blocked. What is steeper arrives
+as a whole; the rest goes on as one path, along one of the blocked directions, drawn by
+their shares. The shares add up to the light, so the books close fan by fan.
+
+The share of a ring is ∫ T(μ) μ sinθ dθ, with μ = m_z cosθ + m_t sinθ for a normal with
+m_t along the azimuth: without an interface (T = 1) in closed form, else by Gauss's rule of
+two nodes a ring, right to 1e−6 of the light for n ≤ 2.4. Its direction is drawn from the
+density that is linear between the ring's edges. Rings go on below the horizon, where all
+are blocked.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...jit import compiled, inlined
+from ...results import dataset as result
+from .empty_space import put
+
+FAN = 9
+"""Numbers of a fan: its start x, y, z; cos φ, sin φ; m_z, m_t; the random number of its θ;
+and the θ up to which the facet looks, 90° + arctan(m_t / m_z)."""
+_GAUSS = 0.5 - 0.5 / np.sqrt(3)
+_NEAR = 0.05  # radians
+_LEVELS, _TILTS = 16, 8
+LIKE = _LEVELS * _TILTS
+"""Classes of fans that see alike, see `like`."""
+
+
+class Rings(NamedTuple):
+    """Rings in θ from the zenith to the nadir, and the facet whose light they share.
+
+    Edges, their sines and cosines, those of Gauss's nodes; ∫ cosθ sinθ dθ and ∫ sin²θ dθ of
+    each ring; index n, 1 without an interface.
+    """
+
+    edges: NDArray[np.float64]
+    edge_sines: NDArray[np.float64]
+    edge_cosines: NDArray[np.float64]
+    sines: NDArray[np.float64]
+    cosines: NDArray[np.float64]
+    along_normal: NDArray[np.float64]
+    across_normal: NDArray[np.float64]
+    n: float
+
+
+def all_rings(n: float) -> Rings:
+    """The detector's rings, mirrored below the horizon."""
+    up = np.radians(result.RING_EDGES)
+    edges = np.concatenate([up, np.pi - up[-2::-1]])
+    nodes = edges[:-1, None] + np.diff(edges)[:, None] * np.array([_GAUSS, 1 - _GAUSS])
+    sine, cosine = np.sin(edges), np.cos(edges)
+    parts = np.diff(sine**2) / 2, np.diff(edges - sine * cosine) / 2
+    return Rings(edges, sine, cosine, np.sin(nodes), np.cos(nodes), *parts, n)
+
+
+@compiled
+def transmittance(mu, n, k):
+    """T(μ) as in `physics.fresnel.transmittance`, one number at a time; k > 0 is a conductor."""
+    if k > 0:
+        eta2 = complex((n - k) * (n + k), 2 * n * k)
+        root = np.sqrt(complex((n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k))
+        across, along = abs(root + mu) ** 2, abs(eta2 * mu + root) ** 2
+        return 2 * mu * (root.real / across + (eta2 * root.conjugate()).real / along)
+    g = np.sqrt((n - 1) * (n + 1) + mu * mu)
+    return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
+
+
+@inlined
+def _density(sine, cosine, mz, mt, n):
+    """T(μ) μ sinθ; 0 where the facet does not look. T over one denominator, for speed."""
+    mu = mz * cosine + mt * sine
+    if mu <= 0:
+        return 0.0
+    if n == 1:
+        return mu * sine
+    g = np.sqrt((n - 1) * (n + 1) + mu * mu)
+    across, along = g + mu, n * n * mu + g
+    both = across * along
+    return 2 * g * mu * (along * along + n * n * across * across) / (both * both) * mu * sine
+
+
+@inlined
+def shares(mz, mt, last, rings, into):
+    """Light of each ring the facet looks into, up to ``last``; their number and their sum."""
+    total = 0.0
+    count = 0
+    if rings.n == 1:
+        while count < len(into) and rings.edges[count + 1] <= last:
+            into[count] = mz * rings.along_normal[count] + mt * rings.across_normal[count]
+            total += into[count]
+            count += 1
+        if count < len(into) and rings.edges[count] < last:
+            low, sine, cosine = rings.edges[count], np.sin(last), np.cos(last)
+            low_sine, low_cosine = rings.edge_sines[count], rings.edge_cosines[count]
+            into[count] = mz * (sine - low_sine) * (sine + low_sine) / 2
+            into[count] += mt * (last - low - (sine * cosine - low_sine * low_cosine)) / 2
+            into[count] = max(into[count], 0.0)
+            total += into[count]
+            count += 1
+        return count, total
+    while count < len(into) and rings.edges[count] < last:
+        low, high = rings.edges[count], rings.edges[count + 1]
+        if high <= last:
+            light = _density(
+                rings.sines[count, 0], rings.cosines[count, 0], mz, mt, rings.n
+            ) + _density(rings.sines[count, 1], rings.cosines[count, 1], mz, mt, rings.n)
+        else:
+            high = last
+            light = 0.0
+            for share in (_GAUSS, 1 - _GAUSS):
+                node = low + share * (high - low)
+                light += _density(np.sin(node), np.cos(node), mz, mt, rings.n)
+        into[count] = 0.5 * (high - low) * light
+        total += into[count]
+        count += 1
+    return count, total
+
+
+@inlined
+def elevation(ring, mz, mt, last, chance, rings):
+    """θ of a ring's direction: ``chance`` in [0, 1) through the density of its light."""
+    low, high = rings.edges[ring], rings.edges[ring + 1]
+    a = _density(rings.edge_sines[ring], rings.edge_cosines[ring], mz, mt, rings.n)
+    b = _density(rings.edge_sines[ring + 1], rings.edge_cosines[ring + 1], mz, mt, rings.n)
+    if high > last - _NEAR:
+        # Where the facet stops looking light falls as μ, with an interface as T(μ) μ ∝ μ².
+        most, least = last - low, max(last - high, 0.0)
+        if rings.n == 1:
+            most, least = most * most, least * least
+            return last - np.sqrt(most - chance * (most - least))
+        most, least = most * most * most, least * least * least
+        return last - np.cbrt(most - chance * (most - least))
+    return low + (high - low) * chance * (a + b) / (a + np.sqrt(a * a + chance * (b * b - a * a)))
+
+
+@inlined
+def next_probe(fan, low, high, found, grid):
+    """Which ring to try, the first blocked one being in low … high: the median of like fans."""
+    seen = found[like(fan, grid)]
+    total = 0
+    for i in range(low, high + 1):
+        total += seen[i]
+    so_far = seen[low]
+    ring = low
+    while ring < high - 1 and 2 * so_far < total:
+        ring += 1
+        so_far += seen[ring]
+    return ring
+
+
+@inlined
+def like(fan, grid):
+    """Class of fans that see alike: those of similar height and tilt along their azimuth."""
+    level = int((fan[2] - grid.bottom) / (grid.top - grid.bottom + 1e-300) * _LEVELS)
+    tilt = int(fan[8] / np.pi * _TILTS)
+    return min(max(level, 0), _LEVELS - 1) * _TILTS + min(max(tilt, 0), _TILTS - 1)
+
+
+@inlined
+def probe(then, alive, fan, ring, weight, batch, rings):
+    """Send a ray along a fan's direction in one ring, from its start."""
+    theta = elevation(ring, fan[5], fan[6], fan[8], fan[7], rings)
+    sine, cosine = np.sin(theta), np.cos(theta)
+    put(
+        then, alive, fan[0], fan[1], fan[2],
+        sine * fan[3], sine * fan[4], cosine, weight, 1, 1, 0, batch,
+    )  # fmt: skip
+    for j in range(FAN):
+        then.fan[alive, j] = fan[j]
+
+
+@inlined
+def sector_of(dx, dy, azimuth):
+    """Sector of a direction, ``azimuth`` of incidence in degrees."""
+    turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * result.SECTORS
+    return int(np.floor(turn + 0.5)) % result.SECTORS
+
+
+@inlined
+def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
+    """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
+
+    Light is ``weight``; the ring is −1 if nothing is blocked.
+    """
+    count, total = shares(fan[5], fan[6], fan[8], rings, light)
+    sector = sector_of(fan[3], fan[4], azimuth)
+    seen = 0.0
+    for ring in range(min(first, count)):
+        part = light[ring] * (weight / total)
+        detector.energy[1, 0, sector, ring] += part
+        detector.squares[1, sector, ring] += part * part
+        seen += light[ring]
+    detector.batches[batch, 0, 1] += seen / total * weight
+    blocked = total - seen
+    ring = min(first, count)
+    left = rng.random() * blocked
+    if ring == count:
+        return -1, 0.0
+    while ring < count - 1 and left >= light[ring]:
+        left -= light[ring]
+        ring += 1
+    return ring, blocked / total * weight

@@ -1,0 +1,213 @@
+"""What happens to each ray between two calls of Embree, compiled: the loop where rays scatter.
+
+A light ray is *split* at its first facet: one path is mirrored with weight F, the rest T
+comes out of the substrate as a fan, see `fans` (splitting: Arvo & Kirk 1990, "Particle
+transport and image synthesis"). The weights add up to the light ray's, so the books close
+ray by ray. At later facets a path draws one of both.
+"""
+
+import numpy as np
+
+from ...jit import compiled, inlined
+from ...results import dataset as result
+from .empty_space import put
+from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
+from .intersection import MET, ON, OUT, arrival
+from .state import ABSORBED, LEFT_OUT
+
+
+@compiled
+def _body_direction(mx, my, mz, facet, bound, rng):
+    """Direction of light that leaves the substrate: ∝ T(μ_o) μ_o about the normal.
+
+    A uniform point of the sphere that touches the facet is a cosine lobe; kept ∝ T(μ_o)
+    it leaves every body event the same weight.
+    """
+    while True:
+        s = 2 * rng.random() - 1
+        azimuth = 2 * np.pi * rng.random()
+        ring = np.sqrt(1 - s * s)
+        dx, dy, dz = mx + ring * np.cos(azimuth), my + ring * np.sin(azimuth), mz + s
+        norm = np.sqrt(dx * dx + dy * dy + dz * dz)
+        if norm > 1e-9:
+            dx, dy, dz = dx / norm, dy / norm, dz / norm
+            if not facet.interface:
+                return dx, dy, dz
+            mu = dx * mx + dy * my + dz * mz
+            if mu > 0 and rng.random() * bound < transmittance(mu, facet.n, 0.0):
+                return dx, dy, dz
+
+
+@inlined
+def _mirrored(dx, dy, dz, mx, my, mz, mu):
+    dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
+    norm = np.sqrt(dx * dx + dy * dy + dz * dz)
+    return dx / norm, dy / norm, dz / norm
+
+
+@inlined
+def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
+    """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
+    row = min(order, 4) - 1
+    if body > result.BODY_EXACT:
+        body = np.searchsorted(body_edges, body, "right") - 1
+    ring, last = 0, len(ring_cosines) - 1
+    while ring < last:
+        middle = (ring + last) // 2
+        if dz <= ring_cosines[middle]:
+            ring = middle + 1
+        else:
+            last = middle
+    sector = sector_of(dx, dy, azimuth)
+    detector.energy[body, row, sector, ring] += weight
+    detector.batches[batch, row, body] += weight
+    if order == 1:
+        detector.squares[body, sector, ring] += weight * weight
+
+
+@compiled
+def take_events(
+    active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
+    facet, branches, bound, azimuth, ring_cosines, body_edges,
+    rings, found, light, fan, detector, rng,
+):  # fmt: skip
+    """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
+
+    A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
+    ``found`` counts where fans had their first blocked ring, to find the next one sooner;
+    ``light`` and ``fan`` are room for the shares and the numbers of one fan.
+    Returns the number of rays that go on, of those among them that have met no facet
+    yet, of grazes, and of rays that fell through an edge and are sent again.
+    """
+    alive = unmet = grazes = leaks = 0
+    for r in range(active):
+        dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
+        order, body, batch = wave.state[r, 0], wave.state[r, 1], wave.state[r, 3]
+        tried = wave.state[r, 6]  # the ring of a fan's ray, −1 for any other ray
+        weight = wave.weight[r]
+        fate, grazed, again, mx, my, mz, mu, px, py, pz, wraps = arrival(
+            r, wave, triangle[r], u[r], v[r], grid, x0, y0, top, reach, tried < 0
+        )
+        if fate == MET and order >= 1 and tried < 0 and not facet.multiple_scattering:
+            fate = LEFT_OUT
+        if fate == ON:
+            put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
+            for j in range(4, 7):
+                then.state[alive, j] = wave.state[r, j]
+            then.state[alive, 7] = again
+            if tried >= 0:
+                for j in range(FAN):
+                    then.fan[alive, j] = wave.fan[r, j]
+            alive += 1
+            unmet += order == 0
+            grazes += grazed
+            leaks += again > wave.state[r, 7]
+            continue
+        if fate >= 0:
+            detector.ended[fate] += weight
+            detector.lost[fate] += 1 if order > 0 else branches
+            continue
+        if tried >= 0:
+            for j in range(FAN):
+                fan[j] = wave.fan[r, j]
+            low, high = wave.state[r, 4], wave.state[r, 5]
+            if fate == OUT:
+                low = tried + 1
+            else:
+                high = tried
+            alive = _search(
+                fan, low, high, weight, batch, azimuth, grid,
+                facet, rings, found, light, detector, rng, then, alive,
+            )  # fmt: skip
+            continue
+        if fate == OUT:
+            _arrive(
+                detector, dx, dy, dz, weight, order, body, batch,
+                azimuth, ring_cosines, body_edges,
+            )  # fmt: skip
+            continue
+
+        mu = min(max(mu, 1e-12), 1.0)
+        through = transmittance(mu, facet.n, facet.k) if facet.interface else 1.0
+        mirrored = facet.interface
+        scattered = facet.substrate
+        mirror_weight = weight
+        if order == 0:
+            mirror_weight = (1 - through) * weight
+            if not scattered:
+                detector.ended[ABSORBED] += through * weight
+        else:
+            mirrored = mirrored and rng.random() >= through
+            scattered = scattered and not mirrored
+            if scattered and body >= result.BODY_EXACT:
+                scattered = rng.random() < facet.survival
+            if not mirrored and not scattered:
+                detector.ended[ABSORBED] += weight
+        if mirrored:
+            ox, oy, oz = _mirrored(dx, dy, dz, mx, my, mz, mu)
+            if oz > 0 and pz >= top:
+                _arrive(
+                    detector, ox, oy, oz, mirror_weight, order + 1, body, batch,
+                    azimuth, ring_cosines, body_edges,
+                )  # fmt: skip
+            else:
+                put(
+                    then, alive, px, py, pz, ox, oy, oz,
+                    mirror_weight, order + 1, body, wraps, batch,
+                )  # fmt: skip
+                alive += 1
+        if scattered:
+            ox, oy, oz = _body_direction(mx, my, mz, facet, bound, rng)
+            if order > 0:
+                put(then, alive, px, py, pz, ox, oy, oz, weight, order + 1, body + 1, wraps, batch)
+                alive += 1
+                continue
+            across = max(np.hypot(ox, oy), 1e-300)
+            fan[0], fan[1], fan[2] = px, py, pz
+            fan[3], fan[4] = ox / across, oy / across
+            fan[5], fan[6] = mz, mx * fan[3] + my * fan[4]
+            fan[7] = rng.random()
+            # The fan's rays may be blocked from the first ring, or from none.
+            fan[8] = np.pi / 2 + np.arctan2(fan[6], mz)
+            high = min(np.searchsorted(rings.edges, fan[8]), len(ring_cosines))
+            low = high if pz >= top else 0  # nothing is above the highest point
+            alive = _search(
+                fan, low, high, through * weight, batch, azimuth, grid,
+                facet, rings, found, light, detector, rng, then, alive,
+            )  # fmt: skip
+    return alive, unmet, grazes, leaks
+
+
+@inlined
+def _search(
+    fan,
+    low,
+    high,
+    weight,
+    batch,
+    azimuth,
+    grid,
+    facet,
+    rings,
+    found,
+    light,
+    detector,
+    rng,
+    then,
+    alive,
+):
+    """Send a fan's next ray, or count what it sees and send what is blocked on its way."""
+    if low < high:
+        ring = next_probe(fan, low, high, found, grid)
+        probe(then, alive, fan, ring, weight, batch, rings)
+        then.state[alive, 4], then.state[alive, 5], then.state[alive, 6] = low, high, ring
+        return alive + 1
+    found[like(fan, grid), low] += 1
+    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, detector, rng)
+    if ring < 0:
+        return alive
+    if not facet.multiple_scattering:
+        detector.ended[LEFT_OUT] += weight
+        return alive
+    probe(then, alive, fan, ring, weight, batch, rings)
+    return alive + 1

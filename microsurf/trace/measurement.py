@@ -1,0 +1,215 @@
+"""Ray-trace the surfaces of a scene: the measurement, with its errors and its losses."""
+
+import math
+import time
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from .. import memory
+from ..errors import MicrosurfError
+from ..scene import Scene
+from ..surface import Heightfield, surface_of
+from . import work_items as pieces
+from .checkpoint import Keep
+from .scheduler import ROUND, Ledger
+from .wavefront import Tally
+from .work_items import Piece, Source
+
+_LEAST = 1024
+"""Paths of a piece: fewer are not worth a piece's fixed cost."""
+
+
+def measure(
+    scene: Scene,
+    surfaces: Iterable[Heightfield] | None = None,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    keep: Path | None = None,
+    resume: bool = False,
+    surface_paths: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Trace paths for every angle and realisation, as many as ``scene.accuracy`` asks for.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to measure.
+    surfaces : iterable of Heightfield, optional
+        One for each realisation, instead of those of the scene.
+    seed : int
+        Same seed, same bits, whoever does the work.
+    workers : int, optional
+        Threads; default one for each core. With an ``executor`` its number of workers,
+        from which the time is told that tracing took.
+    executor : concurrent.futures.Executor, optional
+        Does the work instead of threads: processes, or ``Client.get_executor()`` of a
+        dask cluster.
+    keep : Path, optional
+        Folder for finished pieces. Remove it when the result is safe, see `keep.clear`.
+    resume : bool
+        Go on from the pieces that are there.
+    surface_paths : int, optional
+        Where an error is asked for: how many paths for each angle of a surface come before
+        the error is looked at first, at least 8192. By default, and at the most, a million.
+    progress : bool
+        Show a progress bar on standard error if that is a terminal.
+
+    Returns
+    -------
+    xarray.Dataset
+        See `microsurf.results.dataset`; besides ``flux`` it holds, by realisation and angle, the
+        numbers of ``light_rays``, of ``paths`` they were split into, and of ``rays`` and
+        ``grazes``; the light that ``arrived`` and that ``ended`` otherwise (absorbed, left
+        out or lost, by cause) in units of a path's share of its light ray; the number of
+        ``ended_paths``; and what errors are made of, ``batch_flux`` and ``bin_variance``.
+        Attributes are ``seconds``, in which at least one piece was traced (not those that
+        surfaces and meshes took), and ``embree_ratio``, the part of the workers' time that
+        passed inside Embree.
+
+    Raises
+    ------
+    InputError
+        If a surface can't be used or made, or ``keep`` can't serve, see `Keep`.
+    MicrosurfError
+        If a worker was lost and nobody took its work, or there is no room for pieces;
+        what was finished is kept.
+
+    """
+    workers = workers or memory.cores()
+    if surfaces is None and scene.surface.file is not None:
+        surfaces = [surface_of(scene, seed, 0)]  # workers elsewhere may not have the file
+    sources = None
+    if surfaces is not None:
+        sources = [Source(scene, seed, r, made) for r, made in enumerate(surfaces)]
+    turn = not scene.requires.azimuth and all(map(_made_isotropic, sources or ()))
+    piece = None if surface_paths is None else max(surface_paths // ROUND, _LEAST)
+    ledger = Ledger(scene, sources, seed, turn=turn, piece=piece)
+    kept = None if keep is None else Keep(keep, scene, sources, seed, resume=resume, piece=piece)
+    bar = tqdm(
+        total=1.0,
+        disable=None if progress else True,
+        desc="tracing",
+        smoothing=0,  # the share is of all the work: its mean rate tells the time left
+        bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]",
+    )
+    crew = executor or ThreadPoolExecutor(workers)
+    spans: list[tuple[float, float]] = []
+    try:
+        pieces.compiled()
+        with bar:
+            for done in _work(crew, ledger, kept, 2 * workers):
+                now = time.perf_counter()
+                spans += [(now - tally.seconds[0], now) for tally in done]
+                # Estimates change their mind; the bar never goes back.
+                bar.update(max(min(ledger.share_done(), 1) - bar.n, 0))
+            bar.update(1 - bar.n)
+    except BaseException:
+        if kept is not None:
+            kept.leave()
+        raise
+    finally:
+        if kept is not None:
+            kept.close()
+        if executor is None:
+            crew.shutdown(wait=False, cancel_futures=True)
+        pieces.forget()
+    measured = ledger.labelled()
+    seconds, inside = np.sum([tally.seconds for tally in ledger.tallies()], axis=0)
+    # What an earlier run had done took its part of the workers' time.
+    busy = sum(end - begin for begin, end in spans)
+    measured.attrs |= {
+        "rays": float(measured.rays.sum()),
+        "grazes": float(measured.grazes.sum()),
+        "seconds": _covered(spans) + max(float(seconds) - busy, 0.0) / workers,
+        "embree_ratio": float(inside / seconds),
+    }
+    return measured
+
+
+def _made_isotropic(source: Source) -> bool:
+    """Whether a given surface is known to look the same from every side, by its recipe."""
+    recipe = source.given.recipe if source.given else {}
+    return "sigma_x" in recipe and recipe["sigma_x"] == recipe.get("sigma_y")
+
+
+def _covered(spans: list[tuple[float, float]]) -> float:
+    """Length of the union of spans of time."""
+    length, until = 0.0, -math.inf
+    for begin, end in sorted(spans):
+        length += max(end - max(begin, until), 0.0)
+        until = max(until, end)
+    return length
+
+
+def _work(
+    executor: Executor, ledger: Ledger, kept: Keep | None, depth: int
+) -> Iterator[list[Tally]]:
+    """Do what is wanted, ``depth`` pieces under way; after an error keep what is finished.
+
+    Yields what was done just now, nothing for what an earlier run had done.
+    """
+    wanted = ledger.wanted()
+    under_way: dict[Future[Tally], Piece] = {}
+    try:
+        while True:
+            # One slow piece must not let all that comes after it pile up.
+            room = len(under_way) < depth and ledger.waiting() < 4 * depth
+            piece = next(wanted, None) if room else None
+            if piece is not None:
+                found = None if kept is None else kept.load(piece)
+                if found is None:
+                    with _workers_errors():
+                        under_way[executor.submit(pieces.run, piece)] = piece
+                else:
+                    count, tally = found
+                    ledger.take(piece, tally, count)
+                    yield []
+            elif under_way:
+                for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                    piece = under_way.pop(future)
+                    with _workers_errors():
+                        tally = future.result()
+                    _finish(piece, tally, ledger, kept)
+                    yield [tally]
+            else:
+                return
+    except BaseException:
+        for future, piece in under_way.items():
+            if not future.cancel() and future.done() and future.exception() is None:
+                with suppress(MicrosurfError):  # the first error is the one to tell
+                    _finish(piece, future.result(), ledger, kept)
+        raise
+
+
+def _finish(piece: Piece, tally: Tally, ledger: Ledger, kept: Keep | None) -> None:
+    """Take in a piece that was done, on disk first."""
+    lane = ledger.lane(piece)
+    if kept is not None and not lane.closed:
+        kept.save(piece, tally)
+    ledger.take(piece, tally)
+    if kept is not None:
+        kept.add_up(piece, lane)
+
+
+@contextmanager
+def _workers_errors() -> Iterator[None]:
+    """Say of what workers could not do that it is they who could not."""
+    try:
+        yield
+    except (MicrosurfError, MemoryError, KeyboardInterrupt):
+        raise
+    except Exception as error:
+        what = ": ".join(filter(None, (type(error).__name__, str(error))))
+        raise MicrosurfError(
+            f"a worker was lost or failed ({what}); "
+            "what is finished is kept, start again with --resume"
+        ) from error

@@ -1,0 +1,104 @@
+"""Tallies with their labels: what `measure` returns, and what decides when it is enough."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..results import dataset as result
+from ..scene import Scene
+from ..scene.toml import to_toml
+from .kernels.state import BATCHES, ENDS, LOST
+from .wavefront import Facet, Tally
+
+Array = NDArray[np.float64]
+
+
+def labelled(
+    scene: Scene,
+    facet: Facet,
+    tallies: Sequence[Sequence[Tally]],
+    angles: tuple[Sequence[float], Sequence[float]],
+    seed: int,
+    *,
+    fold: bool,
+) -> xr.Dataset:
+    """Put tallies by realisation and angle, θ outermost, into one Dataset.
+
+    With ``fold`` azimuths φ and −φ get the mean of both: right for the mean over
+    surfaces that look the same from every side and in a mirror.
+    """
+    thetas, phis = angles
+    shape = (len(tallies), len(thetas), len(phis))
+    events = max(tally.energy.shape[1] for row in tallies for tally in row)
+    orders, bins = len(result.ORDERS), (result.RINGS, result.SECTORS)
+    flux = np.zeros((*shape, orders, events, *bins))
+    variance = np.zeros((*shape, len(result.KINDS), *bins))
+    batches, batch_light = np.zeros((*shape, BATCHES, orders, events)), np.zeros((*shape, BATCHES))
+    counts = np.zeros((*shape, 5))
+    arrived, ended, lost = np.zeros(shape), *(np.zeros((*shape, len(ENDS))) for _ in range(2))
+    weight = facet.path_weight(events)
+    for r, row in enumerate(tallies):
+        for a, tally in enumerate(row):
+            place = (r, *divmod(a, len(phis)))
+            seen = tally.energy.shape[1]
+            flux[place][:, :seen] = tally.energy / tally.light
+            variance[place] = tally.squares / tally.light**2
+            batches[place][..., :seen] = tally.batches
+            batch_light[place] = tally.batch_light
+            # One path's share of its light ray is the unit.
+            arrived[place] = tally.energy.sum() * facet.branches
+            ended[place] = tally.ended * facet.branches
+            lost[place] = tally.lost
+            counts[place] = tally.counts
+    if fold:
+        flux, variance = (flux + _mirrored(flux)) / 2, _folded(variance)
+    measured = result.build(
+        flux * weight[:, None, None],
+        thetas,
+        phis,
+        path_weight=weight,
+        attrs={
+            "source": "measurement",
+            "model": "explicit surface",
+            "scene": to_toml(scene),
+            "seed": seed,
+            "microsurf": __version__,
+        },
+    )
+    dims = ("realisation", "theta_i", "phi_i")
+    names = ("light_rays", "paths", "rays", "grazes", "leaks")
+    for k, name in enumerate(names):
+        measured[name] = (dims, counts[..., k])
+    measured["arrived"] = (dims, arrived)
+    measured["ended"] = ((*dims, "cause"), ended)
+    measured["ended_paths"] = ((*dims, "cause"), lost)
+    measured["bin_variance"] = (
+        (*dims, "kind", "theta_o", "phi_o"),
+        variance,
+        {"long_name": "variance of the flux of order 1 by its rays, kind body: one body event"},
+    )
+    measured["batch_flux"] = (
+        (*dims, "batch", "order", "body_events"),
+        batches * weight,
+        {"long_name": "light that arrived from each batch", "units": "light rays"},
+    )
+    measured["batch_light"] = ((*dims, "batch"), batch_light, {"units": "light rays"})
+    return measured.assign_coords(
+        cause=list(ENDS), lost=("cause", [c in LOST for c in ENDS]), kind=list(result.KINDS)
+    )
+
+
+def _mirrored(lobes: Array) -> Array:
+    """Lobes with φ and −φ exchanged; sectors are centred on multiples of their width."""
+    return np.roll(lobes[..., ::-1], 1, axis=-1)
+
+
+def _folded(variance: Array) -> Array:
+    """Variance of the mean of φ and −φ; 0 and 180° are their own mirror images."""
+    folded = (variance + _mirrored(variance)) / 4
+    own = [0, result.SECTORS // 2]
+    folded[..., own] = variance[..., own]
+    return folded

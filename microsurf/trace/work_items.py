@@ -1,0 +1,136 @@
+"""Numbered pieces of work: each can be done anywhere, by anyone, and comes to the same bits.
+
+A piece is small, seeded by its place, and says how to make its surface, so it can be
+sent to a thread, a process or a machine that knows nothing yet.
+"""
+
+import functools
+import hashlib
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import memory
+from ..physics.facet import body_weight
+from ..scene import Scene
+from ..surface import Heightfield, mesh, surface_of
+from .embree import EmbreeTile
+from .grid import from_heights
+from .plane import Plane
+from .wavefront import Facet, Tally, Tile, trace
+
+PIECE = 131_072
+"""Paths of one piece: a tenth of a second, and a fortieth of a large result to lose."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a realisation's surface comes from: given, or made from the scene's recipe."""
+
+    scene: Scene
+    seed: int
+    realisation: int
+    given: Heightfield | None = None
+
+    @property
+    def name(self) -> str:
+        """The same for the same surface, here and in every other process."""
+        digest = hashlib.sha256()
+        if self.given is None:
+            asked = (self.scene.roughness, self.scene.surface, self.seed, self.realisation)
+            digest.update(repr(asked).encode())
+        else:
+            digest.update(repr((self.given.heights.shape, self.given.spacing)).encode())
+            digest.update(repr((self.given.boundary, self.given.recipe)).encode())
+            digest.update(np.ascontiguousarray(self.given.heights).tobytes())
+        return digest.hexdigest()
+
+    def tile(self) -> Tile:
+        """Make the surface and what rays meet of it; a flat scene has no mesh."""
+        if self.given is None and not self.scene.requires.roughness:
+            return Plane()
+        surface = self.given or surface_of(self.scene, self.seed, self.realisation)
+        made = mesh(surface)
+        memory.require(made.heights.size, memory.TRACE_BYTES_PER_CELL, "surface")
+        return EmbreeTile(from_heights(made.heights, made.flipped))
+
+
+@dataclass(frozen=True)
+class Piece:
+    """So many paths of one angle on one realisation; ``number`` counts pieces of both.
+
+    They fall on one of several ``parts`` of the tile: rays that follow each other then
+    meet facets near each other, which are in the cache.
+    """
+
+    source: Source
+    name: str
+    angle: int
+    theta: float
+    phi: float
+    number: int
+    paths: int
+    part: int
+    parts: int
+
+    def generator(self) -> np.random.Generator:
+        """Its own random numbers."""
+        place = (1, self.source.realisation, self.angle, self.number)
+        sequence = np.random.SeedSequence(self.source.seed, spawn_key=place)
+        return np.random.Generator(np.random.SFC64(sequence))
+
+
+def facet_of(scene: Scene) -> Facet:
+    """What the facet events of a scene need."""
+    needs, material = scene.requires, scene.material
+    return Facet(
+        material.n,
+        needs.interface,
+        needs.substrate,
+        needs.multiple_scattering,
+        survival=float(body_weight(material.n, max(material.kd))),
+        k=material.k,
+    )
+
+
+@functools.cache
+def compiled() -> None:
+    """Compile what traces, once a process, before any clock runs."""
+    facet = Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
+    trace(Plane(), 0.0, 0.0, facet, 1, np.random.default_rng(0))
+
+
+_building = threading.Lock()
+_built: dict[str, Tile] = {}
+
+
+def _tile(piece: Piece) -> Tile:
+    """The piece's tile: the last one is kept, pieces come in the order of realisations."""
+    with _building:
+        if piece.name not in _built:
+            _built.clear()
+            _built[piece.name] = piece.source.tile()
+        return _built[piece.name]
+
+
+def forget() -> None:
+    """Give the last tile's memory back."""
+    with _building:
+        _built.clear()
+
+
+def run(piece: Piece) -> Tally:
+    """Do the work."""
+    compiled()
+    scene = piece.source.scene
+    return trace(
+        _tile(piece),
+        piece.theta,
+        piece.phi,
+        facet_of(scene),
+        piece.paths,
+        piece.generator(),
+        part=piece.part,
+        parts=piece.parts,
+    )

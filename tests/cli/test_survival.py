@@ -1,0 +1,137 @@
+"""`microsurf measure --out` killed, interrupted, or out of room: resumed, it has the same bits."""
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from microsurf.results import dataset as result
+
+MICROSURF = Path(sys.executable).with_name("microsurf")
+SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "64", "--theta", "0,20,40,60")
+
+
+def command(paths, realisations, out, *more):
+    asked = ("--paths", str(paths), "--realisations", str(realisations))
+    return [MICROSURF, "measure", *SURFACE, *asked, "--out", out, *more]
+
+
+def start(*words):
+    pipe = subprocess.PIPE
+    return subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True)  # noqa: S603 - our own
+
+
+def finished(*words):
+    """Standard output of a run that succeeds."""
+    with start(*words) as process:
+        out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    return out
+
+
+def pieces(out):
+    return sorted(out.with_name(f"{out.name}.parts").glob("0*.npz"))
+
+
+def wait_for_pieces(process, out, count):
+    while process.poll() is None and len(pieces(out)) < count:
+        time.sleep(0.002)
+
+
+def assert_same(out, unbroken):
+    xr.testing.assert_equal(result.load(out), result.load(unbroken))
+    assert not out.with_name(f"{out.name}.parts").exists()
+
+
+def test_killed_and_resumed_has_the_same_bits(tmp_path):
+    out, unbroken = tmp_path / "m.nc", tmp_path / "unbroken.nc"
+    words = command(20_000, 30, out)
+    with start(*words) as process:
+        wait_for_pieces(process, out, 8)
+        process.kill()
+    assert not out.exists()
+    assert len(pieces(out)) >= 8
+    with start(*words) as process:  # says what to do
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert err.count("\n") == 1
+    assert "add --resume" in err
+    found = json.loads(finished(*words, "--resume", "--json"))
+    assert found["file"] == str(out)
+    finished(*command(20_000, 30, unbroken))
+    assert_same(out, unbroken)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.nc", "unbroken.nc"]
+
+
+@pytest.mark.long
+def test_killed_at_random_moments_of_run_and_resumption(tmp_path):
+    """Ten times each, over all of a run: while it loads, traces, writes, or when it is through."""
+    rng = random.Random(4)  # noqa: S311 - moments
+    unbroken = tmp_path / "unbroken.nc"
+    finished(*command(100_000, 6, unbroken))
+    begin = time.monotonic()
+    finished(*command(100_000, 6, unbroken))
+    duration = time.monotonic() - begin
+    landed = []
+    for k in range(10):
+        out = tmp_path / f"{k}.nc"
+        words = command(100_000, 6, out)
+        for more in ((), ("--resume",)):
+            with start(*words, *more) as process:
+                time.sleep(rng.uniform(0.2, 1.05) * duration)
+                process.kill()
+            landed.append(len(pieces(out)))
+        finished(*words, "--resume")
+        assert_same(out, unbroken)
+    assert max(landed) > 0  # some came in the middle
+
+
+def test_interrupted_keeps_its_pieces(tmp_path):
+    out = tmp_path / "m.nc"
+    with start(*command(100_000, 100, out)) as process:
+        wait_for_pieces(process, out, 4)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (130, "microsurf: interrupted\n")
+    assert len(pieces(out)) >= 4
+    assert not out.exists()
+
+
+def test_no_room_for_the_result_keeps_its_pieces(tmp_path):
+    """The process may write no more than 1 MB a file: pieces have room, the whole has not."""
+    out = tmp_path / "m.nc"
+    words = command(20_000, 2, out)
+    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, usual[1]))
+    try:
+        with start(*words) as process:
+            _, err = process.communicate(timeout=60)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
+    assert process.returncode == 3
+    assert err.count("\n") == 1
+    assert "could not be written" in err
+    assert len(pieces(out)) == 8
+    assert [path.name for path in tmp_path.iterdir()] == ["m.nc.parts"]
+    finished(*words, "--resume")
+    unbroken = tmp_path / "unbroken.nc"
+    finished(*command(20_000, 2, unbroken))
+    assert_same(out, unbroken)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission_is_refused(tmp_path):
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o500)
+    with start(*command(20_000, 2, folder / "m.nc")) as process:
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "can't be written" in err

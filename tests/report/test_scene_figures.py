@@ -1,0 +1,158 @@
+"""What is drawn is what the CSV says, large enough to read, and told apart without colour."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from microsurf.analysis import validate
+from microsurf.report.figures import albedo_by_order as albedos
+from microsurf.report.figures import lobes, overview
+from microsurf.report.figures import surface as relief
+from microsurf.report.figures import verdicts as effects
+from microsurf.report.figures.style import MODEL_STYLE, QUANTITY_STYLE, WIDTH
+from microsurf.scene import Accuracy, Light, Scene, Surface
+
+SCENE = Scene(
+    surface=Surface(cells=16, realisations=2),
+    light=Light((0.0, 30.0, 60.0)),
+    accuracy=Accuracy(2000),
+)
+
+
+@pytest.fixture(scope="module")
+def entry():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(validate, "WALKS", 20_000)
+        return validate.validate_scene("tiny", SCENE)
+
+
+@pytest.fixture(scope="module")
+def drawn(entry):
+    """Rows and figure of each kind."""
+    kd = 0.8
+    results = (entry.measured, entry.predicted, entry.scene, kd)
+    rows = {
+        "effects": effects.rows(entry.comparisons),
+        "overview": overview.rows({"tiny": entry.comparisons}),
+        "lobes": lobes.rows(*results),
+        "albedos": albedos.rows(*results),
+        "relief": relief.rows(entry.heightfield, entry.scene),
+    }
+    figures = {
+        "effects": effects.figure(rows["effects"]),
+        "overview": overview.figure(rows["overview"]),
+        "lobes": lobes.figure(rows["lobes"]),
+        "albedos": albedos.figure(rows["albedos"]),
+        "relief": relief.figure(rows["relief"], 2.0, "cells"),
+    }
+    return {name: (rows[name], figures[name]) for name in rows}
+
+
+KINDS = ("effects", "overview", "lobes", "albedos", "relief")
+AXES = {
+    "effects": ("effect_percent", "y"), "overview": ("effect_percent", "x"),
+    "lobes": ("brdf_per_sr", "y"), "albedos": ("albedo", "y"), "relief": ("y", "y"),
+}  # fmt: skip
+
+
+def _is_curve(line):
+    """Neither a line across the panel nor the caps of error bars."""
+    marker = line.get_marker()
+    return marker not in ("_", "|") and (len(line.get_xdata()) > 2 or marker != "None")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_number_of_the_table_is_drawn_and_no_other(drawn, kind):
+    rows, figure = drawn[kind]
+    key, axis = AXES[kind]
+    lines = [line for axes in figure.axes for line in axes.lines if _is_curve(line)]
+    values = np.concatenate(
+        [
+            line.get_ydata(orig=False) if axis == "y" else line.get_xdata(orig=False)
+            for line in lines
+        ]
+    )
+    wanted = np.array([row[key] for row in rows])
+    if kind == "lobes":  # of log axes
+        wanted = wanted[wanted > 0]
+    values = values[np.isfinite(values)]
+    np.testing.assert_array_equal(np.sort(values), np.sort(wanted))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_letters_are_at_least_8_points_at_the_width_of_a_page(drawn, kind):
+    _, figure = drawn[kind]
+    assert figure.get_figwidth() <= WIDTH
+    figure.draw_without_rendering()
+    for text in figure.findobj(Text):
+        if text.get_text() and text.get_visible():
+            assert text.get_fontsize() >= 8, text.get_text()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_is_clipped_at_the_edge(drawn, kind):
+    _, figure = drawn[kind]
+    figure.draw_without_rendering()
+    box = figure.get_tightbbox()
+    assert box.x0 >= -0.02
+    assert box.y0 >= -0.02
+    assert box.x1 <= figure.get_figwidth() + 0.02
+    assert box.y1 <= figure.get_figheight() + 0.02
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_axes_have_names(drawn, kind):
+    _, figure = drawn[kind]
+    axes = [a for a in figure.axes if a.get_visible()]
+    assert any(a.get_xlabel() for a in axes)
+    if kind != "overview":  # its lines are scenes
+        assert axes[0].get_ylabel()
+
+
+def test_curves_differ_without_colour():
+    markers = [marker for _, marker, _ in QUANTITY_STYLE.values()]
+    assert len(set(markers)) == len(markers)
+    for kind in (
+        (k for k in MODEL_STYLE if "walk" not in k and k != "flat"),
+        ("smith-walk", "vcavity-walk"),
+    ):
+        lines = [MODEL_STYLE[key][0] for key in kind]
+        assert len(set(lines)) == len(lines)
+
+
+def test_bands_are_those_of_the_surfaces(entry):
+    """Two surfaces: t of one degree of freedom times half their difference."""
+    row = next(
+        r for r in albedos.rows(entry.measured, {}, entry.scene, 0.8)
+        if r["order"] == 1 and r["theta_i_deg"] == 30
+    )  # fmt: skip
+    flux = validate.summary.by_order(entry.measured, 1.5, 0.8).sum("kind")
+    one, two = flux.sel(order=1).isel(theta_i=1, phi_i=0).values
+    assert row["albedo"] == pytest.approx((one + two) / 2, rel=1e-14)
+    assert row["high"] - row["albedo"] == pytest.approx(12.7062 * abs(one - two) / 2, rel=1e-5)
+
+
+def test_one_surface_has_no_bars_over_others(entry):
+    alone = albedos.rows(entry.measured.isel(realisation=[0]), {}, entry.scene, 0.8)
+    assert all("low" not in row for row in alone)
+    albedos.figure(alone)
+
+
+def test_a_model_of_ones_own_is_drawn(entry):
+    """A candidate has no style of ours."""
+    other = {"mine": entry.predicted["smith"]}
+    for module in (lobes, albedos):
+        figure = module.figure(module.rows(entry.measured, other, entry.scene, 0.8))
+        assert "mine" in " ".join(t.get_text() for t in figure.legends[0].get_texts())
+
+
+def test_many_scenes_are_cut_to_what_can_be_read(entry):
+    rows = overview.rows({str(k): entry.comparisons for k in range(100)})
+    assert len({row["scene"] for row in rows}) == overview.MOST
+
+
+def test_scenes_without_comparisons_have_none(entry):
+    assert overview.rows({"a": [], "b": []}) == []
+    assert effects.rows(replace(entry, comparisons=[]).comparisons) == []

@@ -1,0 +1,247 @@
+import math
+import tomllib
+from dataclasses import fields
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from microsurf.errors import InputError
+from microsurf.scene import (
+    BOUNDARIES,
+    CORRELATIONS,
+    LEVELS,
+    MAX_CELLS,
+    MAX_INDEX,
+    SPACINGS,
+    STRUCTURES,
+    Accuracy,
+    Effects,
+    Light,
+    Material,
+    Roughness,
+    Scene,
+    Surface,
+)
+from microsurf.scene.expectation import QUANTITIES, VERDICTS, Expectation
+from microsurf.scene.toml import from_dict, from_toml, read, to_toml
+
+# The machines that run the tests are busy: how long an example takes says nothing.
+PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+def numbers(low, high, **more):
+    return st.floats(low, high, allow_nan=False, allow_infinity=False, **more)
+
+
+def some(values, most=4):
+    return st.lists(values, min_size=1, max_size=most, unique=True).map(tuple)
+
+
+# Any text TOML can hold: no surrogates.
+texts = st.text(st.characters(codec="utf-8"), max_size=40)
+words = some(st.sampled_from(VERDICTS), 3).map("|".join)
+sigmas = numbers(1e-6, 1000)
+
+
+@st.composite
+def scenes(draw):
+    light = Light(draw(some(numbers(0, 90, exclude_max=True))), draw(some(numbers(-360, 360))))
+    verdicts = st.one_of(
+        words, st.tuples(*[words] * len(light.theta)), st.lists(words, min_size=1, max_size=1)
+    )
+    return Scene(
+        title=draw(texts),
+        rationale=draw(texts),
+        material=draw(
+            st.one_of(
+                st.builds(Material, numbers(1, MAX_INDEX), some(numbers(0, 1))),
+                st.builds(
+                    Material,
+                    numbers(0, MAX_INDEX, exclude_min=True),
+                    k=numbers(0, MAX_INDEX, exclude_min=True),
+                ),
+            )
+        ),
+        roughness=Roughness(
+            draw(numbers(1.5, 1e9, exclude_min=True)),
+            draw(st.one_of(st.just((0.0,)), st.tuples(sigmas), st.tuples(sigmas, sigmas))),
+        ),
+        surface=Surface(
+            cells=draw(st.integers(2, MAX_CELLS)),
+            correlation=draw(numbers(*CORRELATIONS)),
+            structure=draw(st.sampled_from(STRUCTURES)),
+            realisations=draw(st.integers(1, 10_000)),
+            file=draw(st.none() | texts.filter(bool)),
+            spacing=draw(st.none() | numbers(*SPACINGS)),
+            boundary=draw(st.none() | st.sampled_from(BOUNDARIES)),
+            level=draw(st.sampled_from(LEVELS)),
+        ),
+        light=light,
+        accuracy=Accuracy(draw(st.integers(1, 10**12))),
+        effects=Effects(draw(st.booleans())),
+        expect=draw(
+            st.dictionaries(
+                st.sampled_from(QUANTITIES),
+                st.builds(
+                    Expectation,
+                    verdicts,
+                    numbers(0, 1, exclude_min=True, exclude_max=True),
+                    texts,
+                ),
+            )
+        ),
+    )
+
+
+@PATIENT
+@given(scenes())
+def test_a_scene_reads_back_the_same(scene):
+    assert from_toml(to_toml(scene)) == scene
+
+
+@PATIENT
+@given(scenes())
+def test_requirements_are_what_the_scene_has(scene):
+    needs = scene.requires
+    rough = scene.surface.file is not None or max(scene.roughness.sigma) > 0
+    assert needs.interface == (scene.material.n != 1 or scene.material.k > 0)
+    assert needs.substrate == any(kd != 0 for kd in scene.material.kd)
+    assert needs.roughness == rough
+    assert needs.multiple_scattering == scene.effects.multiple_scattering
+    if scene.surface.file is None:
+        assert needs.anisotropy == (len(set(scene.roughness.sigma)) == 2)
+
+
+def test_the_scene_of_the_documentation():
+    """A scene as users write it: numbers where lists may stand, whole numbers for reals."""
+    scene = from_toml("""
+        title = "t"
+        [material]
+        n = 1
+        kd = [0, 0.5]
+        [roughness]
+        sigma = [0.1, 0.2]
+        [light]
+        theta = 30
+        [expect.specular]
+        verdict = "holds|undecided"
+        margin = 0.01
+        why = "because"
+    """)
+    assert scene.material == Material(1.0, (0.0, 0.5))
+    assert (scene.roughness.sigma_x, scene.roughness.sigma_y) == (0.1, 0.2)
+    assert scene.light.theta == (30.0,)
+    assert scene.expect["specular"] == Expectation(("holds|undecided",), 0.01, "because")
+    assert scene.surface == Surface()
+
+
+def test_a_conductor_is_n_and_k_without_kd():
+    gold = from_toml("[material]\nn = 0.43\nk = 2.455")
+    assert gold.material == Material(0.43, k=2.455)
+    assert gold.material.kd == (0.0,)
+    assert gold.requires.interface
+    assert not gold.requires.substrate
+    assert Material().kd == (0.8,)
+
+
+WRONG = {
+    "text": "'a'", "truth": "true", "list": "[]", "nested": "[[1]]", "table": "{ a = 1 }",
+    "NaN": "nan", "∞": "inf", "date": "1979-05-27", "huge": "1" + 400 * "0", "texts": "['a']",
+}  # fmt: skip
+SECTIONS = {
+    "material": Material, "roughness": Roughness, "surface": Surface, "light": Light,
+    "accuracy": Accuracy, "effects": Effects, "expect.total": Expectation,
+}  # fmt: skip
+KEYS = [(section, field.name) for section, kind in SECTIONS.items() for field in fields(kind)]
+RIGHT = {
+    ("surface", "file"): ("text",),
+    ("effects", "multiple_scattering"): ("truth",),
+    ("expect.total", "why"): ("text",),
+}
+
+
+@pytest.mark.parametrize(("section", "key"), KEYS)
+@pytest.mark.parametrize("kind", WRONG)
+def test_wrong_types_are_refused_by_name(section, key, kind):
+    text = f"[{section}]\n{key} = {WRONG[kind]}\n"
+    if kind in RIGHT.get((section, key), ()):
+        from_toml(text)
+        return
+    with pytest.raises(InputError) as refusal:
+        from_toml(text)
+    line = str(refusal.value)
+    assert "\n" not in line
+    assert len(line) < 200
+    assert key in line
+    assert "must be" in line
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("materiel = 1", ("'materiel'", "'material'")),
+        ("[material]\nk = 3\nkd = 0.8", ("material.kd", "no substrate")),
+        ("[material]\nk = 3\nn = 0", ("material.n", "> 0")),
+        ("[material]\nn = 0.5", ("material.n", "1 (no interface)")),
+        ("[surface]\ncell = 1", ("'cell'", "[surface]", "'cells'")),
+        ("[roughness]\nGamma = 2", ("'Gamma'", "'gamma'")),
+        ("[expect.speculr]\nverdict = 'holds'", ("'speculr'", "'specular'")),
+        ("[light]\ntheta_i = 1", ("'theta_i'", "'theta'")),
+        ("material = 1", ("material = 1", "table")),
+        ("[[material]]\nn = 1", ("material", "table")),
+        ("[expect]\ntotal = 1", ("expect.total", "table")),
+        ("expect = 1", ("expect", "[expect.specular]")),
+        ("title = 1", ("title = 1", "text")),
+        ("[material", ("not a scene",)),
+        ("[material]\nn = 1\nn = 2", ("not a scene",)),
+        ("[expect.total]\nverdict = ['holds', 'holds']", ("2 entries", "4 light.theta")),
+        ("[expect.total]\nverdict = 'hold'", ("'hold'", "holds, departs, undecided")),
+        ("[expect.total]\nmargin = 1", ("margin", "between 0 and 1")),
+        ("[roughness]\nsigma = [1, 2, 3]", ("one number or two",)),
+        ("[roughness]\nsigma = [1, 0]", ("both",)),
+        ("[light]\ntheta = [0, 90]", ("90", "0 ≤ θ < 90")),
+        ("[light]\ntheta = [5, 5]", ("without repetition",)),
+    ],
+)
+def test_bad_scenes_say_what_is_wrong(text, words):
+    with pytest.raises(InputError) as refusal:
+        from_toml(text)
+    assert "\n" not in str(refusal.value)
+    for word in words:
+        assert word in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "inside", "outside"),
+    [
+        (Material, "n", (1, 100), (math.nextafter(1, 0), math.nextafter(100, 101))),
+        (Material, "k", (0, 100), (-5e-324, math.nextafter(100, 101), math.nan)),
+        (Material, "kd", (0, 1), (-5e-324, math.nextafter(1, 2))),
+        (Roughness, "gamma", (math.nextafter(1.5, 2), 1e300), (1.5, -2, math.nan)),
+        (Roughness, "sigma", (0, 1e-6, 1000), (-1e-9, 1e-7, 1000.1, math.nan)),
+        (Surface, "cells", (2, MAX_CELLS), (1, 0, -2, MAX_CELLS + 1, 100_000, 10**20, 2.0)),
+        (Surface, "realisations", (1, 10_000), (0, 10_001)),
+        (Light, "theta", (0, math.nextafter(90, 0)), (90, -5e-324)),
+        (Light, "phi", (-360, 360), (-361, math.inf)),
+        (Accuracy, "paths", (1, 10**12), (0, -1, 1e6)),
+    ],
+)
+def test_ranges_to_their_ends(kind, key, inside, outside):
+    for value in inside:
+        kind(**{key: value})
+    for value in outside:
+        with pytest.raises(InputError, match=key):
+            kind(**{key: value})
+
+
+def test_a_surface_file_is_looked_for_beside_its_scene(tmp_path):
+    (tmp_path / "s.toml").write_text('[surface]\nfile = "heights.npy"\n')
+    assert read(tmp_path / "s.toml").surface.file == str(tmp_path / "heights.npy")
+    (tmp_path / "s.toml").write_text('[surface]\nfile = "/elsewhere/heights.npy"\n')
+    assert read(tmp_path / "s.toml").surface.file == "/elsewhere/heights.npy"
+
+
+def test_from_dict_takes_what_tomllib_gives():
+    text = to_toml(Scene(title='"quotes" \\ and\nlines'))
+    assert from_dict(tomllib.loads(text)).title == '"quotes" \\ and\nlines'

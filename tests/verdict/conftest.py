@@ -1,7 +1,0 @@
-"""Lets these tests import each other's experiments and the fields of validation/nulls.py."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[2] / "validation"))

@@ -1,0 +1,1 @@
+"""What makes the committed evidence: run as `python -m validation.FOLDER.NAME`."""

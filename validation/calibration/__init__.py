@@ -1,0 +1,1 @@
+"""How often verdicts err: false alarms, and defects that must be caught."""

@@ -1,0 +1,1 @@
+"""User BRDFs, as one writes them."""

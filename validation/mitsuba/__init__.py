@@ -1,0 +1,1 @@
+"""Mitsuba as a second tracer of the same surfaces."""

@@ -1,1 +1,0 @@
-"""Other ways to the same answer: engines that microsurf is compared with, never built on."""

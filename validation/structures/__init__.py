@@ -1,0 +1,1 @@
+"""The atlas: how much the albedo depends on the structure of a surface."""

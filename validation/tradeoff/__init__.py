@@ -1,0 +1,1 @@
+"""Error against cost over all scenes, and whether recommendations hold."""
