@@ -1,8 +1,12 @@
 """Same seed, same bits, whoever does the work."""
 
 import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 
 import numpy as np
 import xarray as xr
@@ -27,6 +31,34 @@ def apart(a: xr.Dataset, b: xr.Dataset) -> int:
     return sum(differing(a[name].values, b[name].values) for name in a.data_vars)
 
 
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Let processes that start here not hear Ctrl-C while they load: it would be a traceback."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin() -> None:
+    """In a process that has loaded: end without a word, at Ctrl-C or with the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
 def threads(seed: int) -> Iterator[Invariant]:
     """One thread, two, three, and two processes."""
     one = measure(SCENE, seed=seed, workers=1)
@@ -38,7 +70,10 @@ def threads(seed: int) -> Iterator[Invariant]:
     detail = ""
     try:
         # Started afresh: what forks a process with threads may hang.
-        with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        with ProcessPoolExecutor(2, multiprocessing.get_context("spawn"), _begin) as executor:
+            with _deaf():
+                for _ in range(2):
+                    executor.submit(int)  # each starts a process
             elsewhere = measure(SCENE, seed=seed, executor=executor, workers=2)
         figures["2 processes"] = float(apart(one, elsewhere))
     except (MicrosurfError, OSError) as error:

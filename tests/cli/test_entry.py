@@ -8,11 +8,10 @@ import resource
 import signal
 import subprocess
 import sys
-import time
-from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 
+import children
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
@@ -696,34 +695,19 @@ def test_what_moved_is_told_and_does_not_change_the_exit_code(run, refused, monk
 MICROSURF = Path(sys.executable).with_name("microsurf")
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc for its clock")
 def test_interrupted_is_130_with_one_line_and_no_half_file(run, tmp_path):
     assert run("measure", *TINY, "--theta", "60").code == 0  # what has to be compiled, now is
     options = ("--theta", "60", "--paths", "100000000", "--out", str(tmp_path / "m.nc"))
-    with subprocess.Popen(  # noqa: S603 - our own command
-        [MICROSURF, "measure", *SURFACE, *options], stderr=subprocess.PIPE, text=True
-    ) as process:
+    with children.start("measure", *SURFACE, *options) as process:
         try:
-            begin = time.monotonic()
-            while time.monotonic() - begin < 60 and _processor_seconds(process.pid) < 5:
-                time.sleep(0.05)
-            # An interrupt is lost if it falls into a callback of a library: press again.
-            err = None
-            while err is None and time.monotonic() - begin < 80:
-                process.send_signal(signal.SIGINT)
-                with suppress(subprocess.TimeoutExpired):
-                    _, err = process.communicate(timeout=5)
+            children.wait_for_work(process, 5)  # loading takes about 2.5 s, all else is tracing
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=30)
         finally:
             process.kill()
     assert process.returncode == 130
     assert err == "microsurf: interrupted\n"
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc.parts"]  # see test_survival
-
-
-def _processor_seconds(pid):
-    """Processor time a process has used: loading takes about 2.5 s, all else is tracing."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def test_conductors_from_the_command_line(run):

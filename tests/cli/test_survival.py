@@ -5,28 +5,20 @@ import os
 import random
 import resource
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 import xarray as xr
+from children import start
 
 from microsurf.results import dataset as result
 
-MICROSURF = Path(sys.executable).with_name("microsurf")
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "64", "--theta", "0,20,40,60")
 
 
 def command(paths, realisations, out, *more):
     asked = ("--paths", str(paths), "--realisations", str(realisations))
-    return [MICROSURF, "measure", *SURFACE, *asked, "--out", out, *more]
-
-
-def start(*words):
-    pipe = subprocess.PIPE
-    return subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True)  # noqa: S603 - our own
+    return ["measure", *SURFACE, *asked, "--out", out, *more]
 
 
 def finished(*words):

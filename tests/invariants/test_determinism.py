@@ -1,3 +1,4 @@
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -14,17 +15,11 @@ def small(monkeypatch):
     monkeypatch.setattr(workers, "PIECE", 2000)
 
 
-class Threads:
+class Threads(ThreadPoolExecutor):
     """In the place of processes, which take seconds to start; tests/trace has real ones."""
 
-    def __init__(self, *_):
-        self.used = False
-
-    def __enter__(self):
-        return None
-
-    def __exit__(self, *_):
-        return None
+    def __init__(self, workers, *_):
+        super().__init__(workers)
 
 
 @pytest.mark.usefixtures("small")

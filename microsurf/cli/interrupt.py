@@ -1,0 +1,90 @@
+"""Ctrl-C ends a command within two seconds, whatever it is at.
+
+Python raises KeyboardInterrupt between two steps of its own: not in the middle of sorting
+the facets of a large surface, nor while Embree takes a mesh, which lasts many seconds and
+holds the interpreter's lock against all other threads. So machine code receives the
+signal: it passes it on to Python, which has a second to clean up, and then ends the
+process. Windows has no such alarm; there Python's own way stays.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+
+from llvmlite import binding as llvm
+
+_TEXT = ctypes.create_string_buffer(b"microsurf: interrupted\n")
+
+# Nothing is called here but what a signal's handler may call. A second press finds the
+# alarm running.
+_HANDLERS = f"""
+declare i64 @write(i32, i64, i64)
+declare void @_exit(i32)
+declare i32 @alarm(i32)
+declare i32 @PyErr_SetInterruptEx(i32)
+
+define void @quiet(i32 %number) {{
+    call void @_exit(i32 130)
+    ret void
+}}
+
+define void @loud(i32 %number) {{
+    call i64 @write(i32 2, i64 {ctypes.addressof(_TEXT)}, i64 {len(_TEXT) - 1})
+    call void @_exit(i32 130)
+    ret void
+}}
+
+define void @pressed(i32 %number) {{
+    %left = call i32 @alarm(i32 1)
+    %again = icmp ne i32 %left, 0
+    br i1 %again, label %second, label %first
+second:
+    call void @loud(i32 %number)
+    br label %first
+first:
+    call i32 @PyErr_SetInterruptEx(i32 2)
+    ret void
+}}
+"""
+
+_engines: list[llvm.ExecutionEngine] = []
+
+
+def arm() -> None:
+    """Have machine code receive Ctrl-C from now on; who ignores it goes on ignoring it."""
+    if sys.platform == "win32" or signal.getsignal(signal.SIGINT) != signal.default_int_handler:
+        return
+    if not _engines:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        machine = llvm.Target.from_default_triple().create_target_machine()
+        _engines.append(llvm.create_mcjit_compiler(llvm.parse_assembly(_HANDLERS), machine))
+        _engines[0].finalize_object()
+        for used in (_engines[0], _TEXT):  # for ever: the signal may come as Python ends
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(used))
+    _handle(signal.SIGALRM, "loud")
+    _handle(signal.SIGINT, "pressed")
+    signal.siginterrupt(signal.SIGINT, True)
+
+
+def disarm() -> None:
+    """Leave Ctrl-C to Python again, if it was not pressed."""
+    if _engines and signal.getitimer(signal.ITIMER_REAL)[0] == 0:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def end() -> None:
+    """Say that it was interrupted, once; what is still at work ends within the second."""
+    if _engines and signal.getitimer(signal.ITIMER_REAL)[0] > 0:
+        _handle(signal.SIGALRM, "quiet")
+        _handle(signal.SIGINT, "quiet")
+    os.write(2, _TEXT.value)
+
+
+def _handle(number: int, name: str) -> None:
+    """Install a handler past Python, which would wait for its lock."""
+    install = ctypes.CDLL(None).signal
+    install.argtypes, install.restype = (ctypes.c_int, ctypes.c_void_p), ctypes.c_void_p
+    install(number, _engines[0].get_function_address(name))

@@ -1,0 +1,39 @@
+"""Commands as processes of their own, to be interrupted."""
+
+import subprocess
+import sys
+import time
+from contextlib import suppress
+
+import psutil
+
+LISTEN = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+"""Takes Ctrl-C as usual.
+
+A shell without job control has what it puts into the background ignore SIGINT, and
+whatever that starts: `make test` in a script, and a test's children.
+"""
+
+
+def start(*words, **options):
+    """Start `microsurf` so that it can be interrupted, wherever the tests were started."""
+    return python(LISTEN + "from microsurf.cli import main; main()", *words, **options)
+
+
+def python(code, *words, **options):
+    """Start Python with code, its standard output and error to be read."""
+    return subprocess.Popen(  # noqa: S603 - our own
+        [sys.executable, "-c", code, *map(str, words)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
+    )  # fmt: skip
+
+
+def wait_for_work(process, seconds):
+    """Wait until a process has used so many seconds of processor time."""
+    begin = time.monotonic()
+    with suppress(psutil.Error):
+        while process.poll() is None and time.monotonic() - begin < 120:
+            times = psutil.Process(process.pid).cpu_times()
+            if times.user + times.system >= seconds:
+                return
+            time.sleep(0.05)

@@ -1,0 +1,102 @@
+"""Ctrl-C ends a command at once, whatever it is at: 130, one line, no half file."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import children
+import pytest
+
+from microsurf.commands import interrupt
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no alarm")
+
+ROUGH = ("--gamma", "1.75", "--sigma", "0.5")
+ANGLES = ",".join(f"{k * 2.7:.1f}" for k in range(32))
+SECONDS = 2
+BUSY = 3
+"""Seconds more that a machine may need which does other things besides."""
+
+HOLDING = """
+import itertools
+from microsurf.commands import interrupt
+interrupt.arm()
+print("at work", flush=True)
+sum(itertools.repeat(1, 10**11))  # minutes, without a look at signals or at other threads
+"""
+
+
+@pytest.mark.parametrize("presses", [1, 2])
+@pytest.mark.parametrize(
+    ("words", "work"),
+    [
+        pytest.param(("surface", *ROUGH, "--cells", "2048", "--out", "s.npz"), 5, id="surface"),
+        pytest.param(("predict", *ROUGH, "--theta", ANGLES), 4, id="predict"),
+    ],
+)
+def test_long_stages_end_at_once(tmp_path, words, work, presses):
+    """A slow surface took half a minute to answer, 32 angles 17 s."""
+    with children.start(*words, cwd=tmp_path) as process:
+        try:
+            children.wait_for_work(process, work)
+            begin = time.monotonic()
+            for _ in range(presses):
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.2)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert time.monotonic() - begin < SECONDS + BUSY
+    assert (process.returncode, err) == (130, "microsurf: interrupted\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_holds_the_interpreters_lock_ends_too():
+    """As Embree does while it takes a mesh."""
+    with children.python(children.LISTEN + HOLDING) as process:
+        try:
+            assert process.stdout.readline() == "at work\n"
+            begin = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert time.monotonic() - begin < SECONDS + BUSY
+    assert (process.returncode, err) == (130, "microsurf: interrupted\n")
+
+
+IGNORED = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+class Press:  # while the commands load
+    def find_spec(self, name, *_):
+        if name == "microsurf.commands.predict":
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Press())
+sys.argv = ["microsurf", "--version"]
+from microsurf.cli import main
+main()
+"""
+
+
+def test_who_ignores_it_goes_on_ignoring_it(tmp_path):
+    """What a script has put into the background is not ended by Ctrl-C at the terminal."""
+    ran = subprocess.run(  # noqa: S603 - our own
+        [sys.executable, "-c", IGNORED], capture_output=True, text=True, timeout=60, check=False,
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert "version" in ran.stdout
+
+
+def test_it_is_pythons_again_after_a_command():
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    interrupt.arm()
+    interrupt.disarm()
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    signal.signal(signal.SIGINT, before)
