@@ -1,8 +1,10 @@
 """Files are written whole or not at all."""
 
+import ctypes
 import errno
 import os
 import secrets
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,6 +13,11 @@ from .errors import InputError, MicrosurfError
 
 _CAN_NOT_SYNC = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
 """What a file system answers that has no sync, as some of networks and in user space."""
+
+UNFINISHED, PLACES, PLACE = ctypes.create_string_buffer(32 * 4096), 32, 4096
+"""Temporaries under way, a name a place, for machine code that ends the process at once."""
+
+_placing = threading.Lock()
 
 
 def check_readable(path: Path, instead: str) -> None:
@@ -50,9 +57,10 @@ def whole_file(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise _refused(path, error) from error
     try:
-        yield temporary
-        _to_disk(temporary)
-        temporary.replace(path)
+        with _known(temporary):
+            yield temporary
+            _to_disk(temporary)
+            temporary.replace(path)
     except OSError as error:
         raise MicrosurfError(
             f"{path}: could not be written ({error.strerror or error}); nothing was left there. "
@@ -75,6 +83,25 @@ def _beside(path: Path) -> Path:
         with suppress(FileExistsError):
             temporary.touch(exist_ok=False)
             return temporary
+
+
+@contextmanager
+def _known(temporary: Path) -> Iterator[None]:
+    """Note a temporary among those UNFINISHED, if there is a place."""
+    name = os.fsencode(temporary.absolute())
+    with _placing:
+        free = [k * PLACE for k in range(PLACES) if UNFINISHED[k * PLACE] == b"\0"]
+        place = free[0] if free and len(name) < PLACE else None
+        if place is not None:
+            # Its first letter comes last and goes first: half a name may be that of another.
+            second = ctypes.addressof(UNFINISHED) + place + 1
+            ctypes.memmove(second, name[1:] + b"\0", len(name))
+            UNFINISHED[place] = name[:1]
+    try:
+        yield
+    finally:
+        if place is not None:
+            UNFINISHED[place] = b"\0"
 
 
 def _to_disk(path: Path) -> None:

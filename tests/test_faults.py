@@ -68,7 +68,7 @@ def test_what_fails_while_commands_load_is_one_line():
         "from microsurf.cli import main\nmain()\n"
     )
     ran = subprocess.run(  # noqa: S603 - our own
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False
     )
     assert ran.returncode == 3
     assert ran.stderr.count("\n") == 1
@@ -79,7 +79,7 @@ def test_what_fails_while_commands_load_is_one_line():
 def test_help_is_printed_in_every_encoding(encoding):
     ran = subprocess.run(
         [sys.executable, "-c", "from microsurf.cli import main; main()", "measure", "--help"],
-        capture_output=True, timeout=60, check=False,
+        capture_output=True, timeout=300, check=False,
         env={**os.environ, "PYTHONIOENCODING": encoding},
     )  # fmt: skip
     assert (ran.returncode, ran.stderr) == (0, b"")
@@ -94,7 +94,7 @@ NAME = "γ\udcff²⌘.toml"  # the second is a byte that is no letter
 def test_an_error_names_letters_that_the_terminal_lacks():
     ran = subprocess.run(  # noqa: S603 - our own
         [sys.executable, "-c", "from microsurf.cli import main; main()", "measure", NAME],
-        capture_output=True, timeout=60, check=False,
+        capture_output=True, timeout=300, check=False,
         env={**os.environ, "PYTHONIOENCODING": "cp1252"},
     )  # fmt: skip
     assert ran.returncode == 2

@@ -20,10 +20,16 @@ BUSY = 3
 
 HOLDING = """
 import itertools
+from pathlib import Path
 from microsurf.commands import interrupt
+from microsurf.files import whole_file
 interrupt.arm()
-print("at work", flush=True)
-sum(itertools.repeat(1, 10**11))  # minutes, without a look at signals or at other threads
+with whole_file(Path("other.txt")):
+    pass
+with whole_file(Path("half.txt")) as temporary:
+    temporary.write_text("half")
+    print(temporary.is_file(), flush=True)
+    sum(itertools.repeat(1, 10**11))  # minutes, without a look at signals or at other threads
 """
 
 
@@ -44,7 +50,7 @@ def test_long_stages_end_at_once(tmp_path, words, work, presses):
             for _ in range(presses):
                 process.send_signal(signal.SIGINT)
                 time.sleep(0.2)
-            _, err = process.communicate(timeout=60)
+            _, err = process.communicate(timeout=300)
         finally:
             process.kill()
     assert time.monotonic() - begin < SECONDS + BUSY
@@ -52,18 +58,20 @@ def test_long_stages_end_at_once(tmp_path, words, work, presses):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_holds_the_interpreters_lock_ends_too():
+def test_what_holds_the_interpreters_lock_ends_too(tmp_path):
     """As Embree does while it takes a mesh."""
-    with children.python(children.LISTEN + HOLDING) as process:
+    with children.python(children.LISTEN + HOLDING, cwd=tmp_path) as process:
         try:
-            assert process.stdout.readline() == "at work\n"
+            assert process.stdout.readline() == "True\n"
+            time.sleep(1)  # until it is in there
             begin = time.monotonic()
             process.send_signal(signal.SIGINT)
-            _, err = process.communicate(timeout=60)
+            _, err = process.communicate(timeout=300)
         finally:
             process.kill()
     assert time.monotonic() - begin < SECONDS + BUSY
     assert (process.returncode, err) == (130, "microsurf: interrupted\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["other.txt"]
 
 
 IGNORED = """
@@ -85,7 +93,7 @@ main()
 def test_who_ignores_it_goes_on_ignoring_it(tmp_path):
     """What a script has put into the background is not ended by Ctrl-C at the terminal."""
     ran = subprocess.run(  # noqa: S603 - our own
-        [sys.executable, "-c", IGNORED], capture_output=True, text=True, timeout=60, check=False,
+        [sys.executable, "-c", IGNORED], capture_output=True, text=True, timeout=300, check=False,
         cwd=tmp_path,
     )  # fmt: skip
     assert (ran.returncode, ran.stderr) == (0, "")

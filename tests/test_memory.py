@@ -100,7 +100,7 @@ def test_threads_are_as_many_as_the_affinity_allows():
         "from microsurf import memory; print(memory.cores())"
     )
     ran = subprocess.run(  # noqa: S603 - our own
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True
     )
     assert ran.stdout == "1\n"
 
@@ -114,7 +114,7 @@ def test_a_shells_limit_of_memory_is_one_line():
         "from microsurf.cli.entry import main; main()"
     )
     ran = subprocess.run(  # noqa: S603 - our own
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False
     )
     assert ran.returncode == 2, ran.stderr
     assert ran.stderr.count("\n") == 1

@@ -3,8 +3,8 @@
 Python raises KeyboardInterrupt between two steps of its own: not in the middle of sorting
 the facets of a large surface, nor while Embree takes a mesh, which lasts many seconds and
 holds the interpreter's lock against all other threads. So machine code receives the
-signal: it passes it on to Python, which has a second to clean up, and then ends the
-process. Windows has no such alarm; there Python's own way stays.
+signal: it passes it on to Python, which has a second to clean up, and then removes
+what is half written and ends the process. Windows has no such alarm; there Python's own way stays.
 """
 
 import ctypes
@@ -14,7 +14,14 @@ import sys
 
 from llvmlite import binding as llvm
 
+from ..files import PLACE, PLACES, UNFINISHED
+
 _TEXT = ctypes.create_string_buffer(b"microsurf: interrupted\n")
+
+_CLEAN_UP = "".join(
+    f"call i32 @unlink(i64 {ctypes.addressof(UNFINISHED) + place * PLACE})\n"
+    for place in range(PLACES)
+)
 
 # Nothing is called here but what a signal's handler may call. A second press finds the
 # alarm running.
@@ -23,13 +30,16 @@ declare i64 @write(i32, i64, i64)
 declare void @_exit(i32)
 declare i32 @alarm(i32)
 declare i32 @PyErr_SetInterruptEx(i32)
+declare i32 @unlink(i64)
 
 define void @quiet(i32 %number) {{
+    {_CLEAN_UP}
     call void @_exit(i32 130)
     ret void
 }}
 
 define void @loud(i32 %number) {{
+    {_CLEAN_UP}
     call i64 @write(i32 2, i64 {ctypes.addressof(_TEXT)}, i64 {len(_TEXT) - 1})
     call void @_exit(i32 130)
     ret void
@@ -61,7 +71,11 @@ def arm() -> None:
         machine = llvm.Target.from_default_triple().create_target_machine()
         _engines.append(llvm.create_mcjit_compiler(llvm.parse_assembly(_HANDLERS), machine))
         _engines[0].finalize_object()
-        for used in (_engines[0], _TEXT):  # for ever: the signal may come as Python ends
+        for used in (
+            _engines[0],
+            _TEXT,
+            UNFINISHED,
+        ):  # for ever: the signal may come as Python ends
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(used))
     _handle(signal.SIGALRM, "loud")
     _handle(signal.SIGINT, "pressed")
