@@ -30,8 +30,8 @@ def main() -> None:
     if usual is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _stop)
     try:
-        from . import interrupt  # noqa: PLC0415 - the same
-        from .group import cli  # noqa: PLC0415 - loads all of them, hence late
+        from . import interrupt  # noqa: PLC0415 - late: it loads LLVM
+        from .group import cli  # noqa: PLC0415 - late: it loads all commands
 
         signal.signal(signal.SIGINT, usual)
         # Not cli.main(), which prints an empty line of its own at Ctrl-C.

@@ -8,7 +8,7 @@ import time
 import children
 import pytest
 
-from microsurf.commands import interrupt
+from microsurf.cli import interrupt
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no alarm")
 
@@ -21,7 +21,7 @@ BUSY = 3
 HOLDING = """
 import itertools
 from pathlib import Path
-from microsurf.commands import interrupt
+from microsurf.cli import interrupt
 from microsurf.files import whole_file
 interrupt.arm()
 with whole_file(Path("other.txt")):
@@ -80,7 +80,7 @@ signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 class Press:  # while the commands load
     def find_spec(self, name, *_):
-        if name == "microsurf.commands.predict":
+        if name == "microsurf.cli.predict":
             signal.raise_signal(signal.SIGINT)
 
 sys.meta_path.insert(0, Press())

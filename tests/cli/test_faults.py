@@ -8,7 +8,7 @@ from importlib import import_module
 
 import pytest
 
-from microsurf import cli
+from microsurf.cli import entry as cli
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def fault(monkeypatch, capsys):
         def fail(*_, **__):
             raise error
 
-        monkeypatch.setattr(import_module("microsurf.commands.predict").model, "predict", fail)
+        monkeypatch.setattr(import_module("microsurf.cli.predict").model, "predict", fail)
         asked = "microsurf predict --gamma 2 --sigma 0.5 --json"
         monkeypatch.setattr(sys, "argv", asked.split())
         with pytest.raises(SystemExit) as end:
@@ -63,7 +63,7 @@ def test_its_traceback_is_there_on_demand(fault, monkeypatch, error):
 def test_what_fails_while_commands_load_is_one_line():
     code = (
         "import sys\nclass Broken:\n    def find_spec(self, name, *_):\n"
-        "        if name == 'microsurf.commands.predict': raise ValueError('broken')\n"
+        "        if name == 'microsurf.cli.predict': raise ValueError('broken')\n"
         "sys.meta_path.insert(0, Broken())\nsys.argv = ['microsurf', '--version']\n"
         "from microsurf.cli import main\nmain()\n"
     )
