@@ -48,7 +48,7 @@ def judge(entry, own):
 
 
 def test_the_right_one_passes(entry, example):
-    judged = judge(entry, example("own_brdf:brdf"))
+    judged = judge(entry, example("user_brdf:brdf"))
     assert lines(judged) == []
     assert [c.verdict for c in judged.comparisons] == ["holds", "holds"]
     assert {c.model for c in judged.comparisons} == {"validation.examples.user_brdf:brdf"}
@@ -63,7 +63,7 @@ def test_the_right_one_passes(entry, example):
     [("no_n_squared", "body", 1.25), ("two_for_four", "specular", 1.0)],
 )
 def test_a_planted_error_is_found_where_it_is(entry, example, name, quantity, effect):
-    judged = judge(entry, example(f"own_brdf_wrong:{name}"))
+    judged = judge(entry, example(f"user_brdf_wrong:{name}"))
     wrong = [c.quantity for c in judged.comparisons if c.unexpected]
     assert wrong == [quantity]
     (found,) = [a for a in judged.trial.against if a.quantity == quantity]
@@ -76,7 +76,7 @@ def test_a_planted_error_is_found_where_it_is(entry, example, name, quantity, ef
 
 def test_the_right_albedo_in_the_wrong_place_is_found(entry, example):
     """A mirror that turns light back: no albedo tells, its lobe does."""
-    right = example("own_brdf:brdf")
+    right = example("user_brdf:brdf")
 
     def turned(i, o):
         specular, _ = right.function(i, o * [-1, 1, 1])

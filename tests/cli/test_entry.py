@@ -639,7 +639,7 @@ def huge(i, o): return np.full(len(o), 1.7e308)
 LAMBERT = "[material]\nn = 1.0\nkd = 0.5\n[roughness]\nsigma = 0\n[light]\ntheta = [60]\n"
 
 
-def test_ones_own_brdf_stands_in_the_models_place(run, refused, monkeypatch):
+def test_a_user_brdf_stands_in_the_models_place(run, refused, monkeypatch):
     """n = 1 and σ = 0 is Lambert's, so that a callable of one line is right or wrong."""
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(VALIDATE, "global_invariants", lambda *_, **__: [])
