@@ -10,7 +10,8 @@ of w has a density ∝ (c − p)₊ t_ν(p), and across it q is a scaled t_(ν+1
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import smith, student_t
+from . import smith
+from . import student_t as std
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ def density(
     facing = np.maximum(np.sum(w * m, axis=-1), 0)
     return np.asarray(
         facing
-        * student_t.distribution(m, gamma, sigma_x, sigma_y)
+        * std.distribution(m, gamma, sigma_x, sigma_y)
         / projected_area(w, gamma, sigma_x, sigma_y)
     )
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..physics import student_t
+from ..physics import student_t as std
 from ..scene import BOUNDARIES, MAX_CELLS
 
 Array = NDArray[np.float64]
@@ -167,4 +167,4 @@ def facet_slopes(h: Heightfield) -> tuple[Array, Array]:
 
 def facet_normals(h: Heightfield) -> Array:
     """Return the unit normals of every facet, as `facet_slopes`; shape (2, rows, columns, 3)."""
-    return student_t.normals(*facet_slopes(h))
+    return std.normals(*facet_slopes(h))

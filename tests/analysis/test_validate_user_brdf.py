@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.analysis import validate, validate_user_brdf
+from microsurf.analysis import validate
+from microsurf.analysis import validate_user_brdf as trial
 from microsurf.model import Candidate, examine
-from microsurf.report import phrases
-from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, toml
+from microsurf.report import phrases as wording
+from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
+from microsurf.scene import toml as scene_file
 
 ROOT = Path(__file__).parents[2]
-SCENE = toml.read(ROOT / "validation" / "examples" / "ggx.toml")
+SCENE = scene_file.read(ROOT / "validation" / "examples" / "ggx.toml")
 SMALL = replace(
     SCENE,
     surface=replace(SCENE.surface, realisations=3),
@@ -36,13 +38,13 @@ def example(monkeypatch):
 
 
 def lines(judged):
-    return phrases.unexpected(
+    return wording.unexpected(
         {"scenes": [validate.as_json(judged)], "invariants": [], "broken": []}
     )
 
 
 def judge(entry, own):
-    return validate_user_brdf.judge(entry, own, examine(own, entry.scene))
+    return trial.judge(entry, own, examine(own, entry.scene))
 
 
 def test_the_right_one_passes(entry, example):

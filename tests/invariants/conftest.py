@@ -4,12 +4,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from microsurf.trace import work_items
+from microsurf.trace import work_items as pieces
 
 
 @pytest.fixture(scope="session")
 def pool():
     """Threads for independent runs."""
-    work_items.compiled()
+    pieces.compiled()
     with ThreadPoolExecutor(2) as threads:
         yield threads

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.invariants import area, broken, energy
+from microsurf.invariants import area, broken
+from microsurf.invariants import energy as books
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
 from microsurf.surface import Heightfield, surfaces_of
 from microsurf.trace import measure
@@ -39,7 +40,7 @@ def names(lines):
 
 
 def test_a_scene_keeps_its_books(measured, walked, surfaces):
-    found = energy.scene_invariants(measured, {"smith-walk": walked}, surfaces, SCENE.material)
+    found = books.scene_invariants(measured, {"smith-walk": walked}, surfaces, SCENE.material)
     assert broken(found) == []
     assert [row.name for row in found] == [
         "energy",
@@ -49,7 +50,7 @@ def test_a_scene_keeps_its_books(measured, walked, surfaces):
         "no light of its own",
         "projected area, closed",
     ]
-    flat = energy.scene_invariants(measured, {}, [], SCENE.material)
+    flat = books.scene_invariants(measured, {}, [], SCENE.material)
     assert [row.name for row in flat] == [found[k].name for k in (0, 2, 3, 4)]
 
 
@@ -61,7 +62,7 @@ def test_thinned_paths_are_counted_right():
     pit = [Heightfield(heights)]
     measured = measure(scene, pit)
     assert measured.path_weight.max() > 1.2
-    assert broken(energy.scene_invariants(measured, {}, pit, scene.material)) == []
+    assert broken(books.scene_invariants(measured, {}, pit, scene.material)) == []
 
 
 def change(dataset, name, index, amount):
@@ -87,19 +88,19 @@ def change(dataset, name, index, amount):
 )
 def test_a_wrong_entry_is_found(measured, name, index, amount, expected):
     wrong = change(measured, name, index, amount)
-    assert names(broken(energy.scene_invariants(wrong, {}, [], SCENE.material))) == expected
+    assert names(broken(books.scene_invariants(wrong, {}, [], SCENE.material))) == expected
 
 
 def test_a_lost_walk_is_found(measured, walked):
     wrong = change(walked, "ended", (0, 1, 0, 0), -1)
-    found = energy.scene_invariants(measured, {"smith-walk": wrong}, [], SCENE.material)
+    found = books.scene_invariants(measured, {"smith-walk": wrong}, [], SCENE.material)
     assert names(broken(found)) == {"energy, smith-walk"}
 
 
 def test_a_model_that_shines_is_found(measured):
     bright = model.predict(SCENE)
     bright["flux"] = bright.flux * 2.5
-    found = energy.scene_invariants(measured, {"smith": bright}, [], SCENE.material)
+    found = books.scene_invariants(measured, {"smith": bright}, [], SCENE.material)
     assert names(broken(found)) == {"no light of its own"}
 
 
