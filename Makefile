@@ -19,6 +19,7 @@ test-long: $(READY)
 	$(PYTEST) -m "long or not long"
 
 gallery: $(READY)
+	$(BIN)/python -m validation.figures.surface_and_lobes
 	$(BIN)/python -m validation.figures.gallery
 	$(BIN)/python -m validation.figures.approximate_error
 

@@ -21,7 +21,7 @@ from microsurf import generate_surface, measure, model, predict
 from microsurf.physics import metals
 from microsurf.report.figures.bands import cut
 from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
-from microsurf.results import datasets, detector
+from microsurf.results import dataset as result
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 
 OUT = Path(__file__).parents[2] / "reports" / "gallery"
@@ -44,18 +44,21 @@ def scene(
     )
 
 
-def curve(dataset: xr.Dataset, asked: Scene, order: int | None) -> xr.DataArray:
-    """BRDF in the plane of incidence, both kinds together, of one order or of all."""
+def curve(
+    dataset: xr.Dataset, asked: Scene, order: int | None, kind: str | None = None
+) -> xr.DataArray:
+    """BRDF in the plane of incidence, of one order or of all, of one kind or of both together."""
     kd = asked.material.kd[0]
-    density = cut(dataset.isel(theta_i=0, phi_i=0), asked, kd).sum("kind")
+    density = cut(dataset.isel(theta_i=0, phi_i=0), asked, kd)
+    density = density.sum("kind") if kind is None else density.sel(kind=kind)
     return density.sum("order") if order is None else density.sel(order=order)
 
 
 def points(axes: Axes, measured: xr.Dataset, asked: Scene, style: tuple[str, str, str],
-           label: str, order: int | None = 1) -> None:  # fmt: skip
+           label: str, order: int | None = 1, kind: str | None = None) -> None:  # fmt: skip
     """Measured BRDF with its 95 % band over the realisations."""
     colour, _, marker = style
-    values = curve(measured, asked, order)
+    values = curve(measured, asked, order, kind)
     count = values.sizes["realisation"]
     mean = values.mean("realisation").values
     band = stats.t.ppf(0.975, count - 1) * values.std("realisation", ddof=1).values / count**0.5
@@ -66,10 +69,10 @@ def points(axes: Axes, measured: xr.Dataset, asked: Scene, style: tuple[str, str
 
 
 def line(axes: Axes, theory: xr.Dataset, asked: Scene, style: tuple[str, str, str],
-         label: str, order: int | None = 1) -> None:  # fmt: skip
+         label: str, order: int | None = 1, kind: str | None = None) -> None:  # fmt: skip
     """Predicted BRDF."""
     colour, dash, _ = style
-    values = curve(theory, asked, order).isel(realisation=0)
+    values = curve(theory, asked, order, kind).isel(realisation=0)
     axes.plot(values.theta_o, np.where(values > 0, values, np.nan), ls=dash, lw=1.1, color=colour,
               label=label)  # fmt: skip
 
@@ -248,11 +251,11 @@ def _looked_up(asked: Scene, i: np.ndarray, o: np.ndarray) -> np.ndarray:
     asked = replace(asked, light=Light(thetas), surface=replace(asked.surface, realisations=2))
     traced = measure(asked, progress=True)
     material = asked.material
-    density = datasets.brdf(datasets.by_kind(traced.flux, material.n, material.kd[0]))
+    density = result.brdf(result.by_kind(traced.flux, material.n, material.kd[0]))
     density = density.sum(("order", "kind")).mean("realisation").isel(phi_i=0, drop=True)
     density = (density + density.roll(phi_o=-1).isel(phi_o=slice(None, None, -1)).values) / 2
     wrapped = density.pad(phi_o=(0, 1), mode="wrap")
-    wrapped = wrapped.assign_coords(phi_o=np.arange(detector.SECTORS + 1) * 360 / detector.SECTORS)
+    wrapped = wrapped.assign_coords(phi_o=np.arange(result.SECTORS + 1) * 360 / result.SECTORS)
     theta_i, theta_o = (np.degrees(np.arccos(np.minimum(w[:, 2], 1))) for w in (i, o))
     turn = np.degrees(np.arctan2(o[:, 1], o[:, 0]) - np.arctan2(i[:, 1], i[:, 0])) % 360
     at = {"theta_i": np.minimum(theta_i, thetas[-1]), "theta_o": theta_o, "phi_o": turn}
