@@ -15,7 +15,7 @@ SCRIPTS = sorted((ROOT / "validation").rglob("*.py"))
 LAYERS = (
     {"microsurf"},
     {"errors"},
-    {"files"},
+    {"files", "arrays"},
     {"memory", "seeds", "jit"},
     {"physics", "stats"},
     {"scene"},

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import real_array, require_real
 from ..errors import InputError
 from ..physics import student_t as std
 from ..scene import BOUNDARIES, MAX_CELLS
@@ -56,9 +57,10 @@ class Heightfield:
 
     def __post_init__(self) -> None:
         """Check the values and keep heights as a read-only copy."""
-        raw = np.asarray(self.heights)
+        raw = real_array("heights", self.heights)
         check_layout(raw.shape, raw.dtype)
-        heights = np.array(raw, dtype=np.float64)
+        with np.errstate(over="ignore"):  # of wider floats; infinities are refused below
+            heights = np.array(raw, dtype=np.float64, order="C")  # files hold rows
         bad = heights.size - int(np.count_nonzero(np.isfinite(heights)))
         if bad:
             raise InputError(
@@ -90,8 +92,7 @@ def check_layout(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
         Unless it is real, two-dimensional and 2 … 16384 a side.
 
     """
-    if dtype.kind not in "fiu":
-        raise InputError(f"heights of type {dtype}: must be real numbers")
+    require_real("heights", dtype)
     if len(shape) != 2:
         raise InputError(f"heights of shape {shape}: must have two dimensions (rows, columns)")
     if min(shape) < 2 or max(shape) > MAX_CELLS:
@@ -100,10 +101,10 @@ def check_layout(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
 
 def check_spacing(spacing: Any) -> float:
     """Return the spacing as a float; raise InputError unless it is a finite number > 0."""
-    try:
-        value = float(spacing)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"spacing = {spacing!r}: must be a number > 0") from error
+    found = real_array("spacing", spacing)
+    if found.shape != ():
+        raise InputError(f"spacing of shape {found.shape}: must be one number > 0")
+    value = float(found)
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"spacing = {value}: must be a finite number > 0")
     return value

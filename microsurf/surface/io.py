@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 ENDINGS = (".npz", ".npy", *mesh_files.ENDINGS)
 _MAX_TEXT_BYTES = 1_000_000
+_MAX_HEADER_BYTES = 10_000  # as numpy has it
 _SAME_SPACING = 1e-6  # relative; single-precision meshes know their spacing no better
 
 
@@ -136,13 +137,25 @@ def _read_array(stream: IO[bytes], size: int, text: bool = False) -> NDArray[Any
 def _read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     try:
         version = npy.read_magic(stream)
-        # Versions 2 and 3 of the format exist for headers that no heightfield has.
         if version == (1, 0):
             shape, _, dtype = npy.read_array_header_1_0(stream)
             return shape, dtype
+        # Versions 2 and 3 differ in the encoding of names, which heights have none of. Their
+        # headers may claim 4 GiB: numpy reads all of it before it looks at the length.
+        start = stream.tell()
+        if (
+            version in ((2, 0), (3, 0))
+            and int.from_bytes(stream.read(4), "little") <= _MAX_HEADER_BYTES
+        ):
+            stream.seek(start)
+            shape, _, dtype = npy.read_array_header_2_0(stream)
+            return shape, dtype
     except Exception as error:  # numpy's parser raises whatever the bytes provoke
         raise InputError("not a .npy array, or truncated; save it with numpy.save") from error
-    raise InputError(f".npy format {version}: must be (1, 0); save it with numpy.save")
+    raise InputError(
+        f".npy format {version[0]}.{version[1]}, or its header too long: must be 1.0 … 3.0 and "
+        f"{_MAX_HEADER_BYTES} bytes; save it with numpy.save"
+    )
 
 
 def _read_native(path: Path) -> Heightfield:

@@ -240,7 +240,9 @@ def claim(shape, dtype="<f8"):
         (npy(np.array([["a", "b"]] * 2)), "real numbers"),
         (npy(np.array([[np.nan, 1.0]] * 2)), "2 of 4 are NaN"),
         (npy(np.array([[Bomb(), 1], [2, 3]], object)), "real numbers"),
-        (npy(np.zeros((2, 3)), version=(2, 0)), "format"),
+        (npy(np.zeros((2, 3)), version=(2, 0)).replace(b"\x02\x00", b"\x04\x00", 1), "format 4.0"),
+        (b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + b" " * 20_000, "header too long"),
+        (b"\x93NUMPY\x03\x00\x20\x4e\x00\x00" + b" " * 20_000, "header too long"),
         (npy(np.zeros((2, 3))) + b"more", "damaged"),
         (claim((16384, 16384)), "truncated"),
         (claim((2**40, 2**40)), "rows and columns"),
@@ -330,3 +332,21 @@ def test_a_recipe_that_is_no_json_leaves_no_file(tmp_path):
     with pytest.raises(InputError, match="not JSON"):
         write_surface(bad, tmp_path / "s.npz")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
+def test_every_version_of_npy_is_read(tmp_path, version):
+    heights = np.random.default_rng(0).normal(size=(4, 6))
+    for array in (heights, np.asfortranarray(heights), heights.astype(">f4")):
+        (tmp_path / "s.npy").write_bytes(npy(array, version=version))
+        np.testing.assert_array_equal(read_surface(tmp_path / "s.npy").heights, array)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_heights_by_columns_are_written_as_they_are(tmp_path, ending):
+    heights = np.random.default_rng(0).normal(size=(4, 6)).round(3)
+    by_columns = Heightfield(np.asfortranarray(heights))
+    write_surface(by_columns, tmp_path / f"s{ending}")
+    h = read_surface(tmp_path / f"s{ending}")
+    found = h.heights[:4, :6] - h.heights[0, 0]
+    np.testing.assert_allclose(found, heights - heights[0, 0], atol=1e-6)

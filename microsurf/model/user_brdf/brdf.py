@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import real_array
 from ...errors import InputError
 from ...scene import Scene
 from ..directions import direction
@@ -89,12 +90,8 @@ class Candidate:
         return {part: self._checked(part, values, i, o) for part, values in parts.items()}
 
     def _checked(self, part: str, values: Any, i: Array, o: Array) -> Array:
-        try:
-            array = np.asarray(values)
-        except ValueError:  # rows of unequal length
-            array = np.empty(0, dtype=object)
-        plain = np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)
-        if not plain or array.shape != (len(i),):
+        array = real_array(f"--model {self.name}: {part} f", values)
+        if array.shape != (len(i),):
             raise InputError(
                 f"--model {self.name}: gave {array.dtype} of shape {array.shape} for {len(i)} "
                 f"directions; must be real numbers of shape ({len(i)},), or a pair of such arrays "

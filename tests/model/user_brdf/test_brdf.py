@@ -42,7 +42,7 @@ def raises(*_):
         (lambda *_: 0.5, "shape ()"),
         (lambda _, o: np.ones((len(o), 1)), "shape (64, 1)"),
         (lambda _, o: np.ones((2, len(o))), "shape (2, 64)"),
-        (lambda *_: [[1.0], [1.0, 2.0], [3.0]], "object"),
+        (lambda *_: [[1.0], [1.0, 2.0], [3.0]], "no array of numbers"),
         (lambda _, o: np.ones(len(o), complex), "complex"),
         (lambda _, o: ["x"] * len(o), "real numbers"),
         (lambda *_: None, "object"),
