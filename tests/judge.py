@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from microsurf.stats import hypothesis_tests as significance
+from microsurf.stats import hypothesis_tests
 
 BUDGET = 1e-3
 """Probability that a run with new seeds fails by chance."""
@@ -60,7 +60,7 @@ class Judge:
     def keeps(self, p_values, level=LEVEL):
         """Assert that a family of p-values is what chance gives in 1 − level of cases."""
         self._ledger.add({self._name: level})
-        found = significance.sidak(p_values)
+        found = hypothesis_tests.sidak(p_values)
         assert found > level, f"p = {found:.2g} of a family of {np.size(p_values)}"
 
     def pays(self, level):
@@ -77,7 +77,7 @@ class Judge:
 
     def catches(self, p_values, level=LEVEL):
         """Assert that the same comparison rejects a defect; costs no level."""
-        found = significance.sidak(p_values)
+        found = hypothesis_tests.sidak(p_values)
         assert found <= level, f"not caught: p = {found:.2g} of a family of {np.size(p_values)}"
 
     def tells(self, values, expected, errors, *, freedom=None, within=0.0, level=LEVEL):
@@ -89,7 +89,7 @@ def distant(values, expected, errors, freedom=None, within=0.0):
     """p-values of estimates that may be off by ``within``: Student's t, or normal."""
     off = np.maximum(np.abs(np.subtract(values, expected)) - within, 0)
     if freedom is None:
-        return significance.z_test(off, 0, errors)
+        return hypothesis_tests.z_test(off, 0, errors)
     return 2 * stats.t.sf(off / errors, freedom)
 
 

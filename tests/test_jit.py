@@ -51,7 +51,7 @@ def test_a_constant_changed_in_another_file_changes_the_answer(tmp_path):
     assert list(
         tmp_path.glob("microsurf/model/random_walk/__pycache__/facet_kernels.scatter-*.nbc")
     )
-    result = tmp_path / "microsurf" / "results" / "dataset.py"
+    result = tmp_path / "microsurf" / "results" / "detector.py"
     text = result.read_text(encoding="utf-8")
     result.write_text(f"{text}\nBODY_EXACT = 1000\n", encoding="utf-8")
     assert int(python(tmp_path, OF_A_FACET)[0]) == 99

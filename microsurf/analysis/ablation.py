@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from .. import model
-from ..physics import student_t as std
+from ..physics import student_t
 from ..results import peak
 from ..scene import BECKMANN, STRUCTURES, Effects, Roughness, Scene
 from ..stats.squared_error import CONFIDENCE
-from .tradeoff import pareto as ladder
+from .tradeoff import pareto
 from .tradeoff.methods import Draws, Place, draws_of, joined, trace_surfaces
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def _switched(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
         how = f"σ = {mean:.3g}, isotropic"
         yield "anisotropy", how, replace(scene, roughness=replace(rough, sigma=(mean,)))
     if rough.gamma < BECKMANN:
-        median = std.slope_quantile(0.5, rough.gamma) / std.slope_quantile(0.5, np.inf)
+        median = student_t.slope_quantile(0.5, rough.gamma) / student_t.slope_quantile(0.5, np.inf)
         sigma = tuple(float(median) * s for s in rough.sigma)
         how = "Beckmann of the same median slope, σ = " + ", ".join(f"{s:.3g}" for s in sigma)
         yield "tail of the slopes", how, replace(scene, roughness=Roughness(BECKMANN, sigma))
@@ -125,7 +125,7 @@ def _change(
 
 
 def _lobe(without: Draws, base: Draws) -> tuple[float, float, float]:
-    found = ladder.error(ladder.squared([(without.lobe, base.lobe)], np.inf))
+    found = pareto.error(pareto.squared([(without.lobe, base.lobe)], np.inf))
     return found.value, found.low, found.high
 
 
@@ -134,7 +134,7 @@ def _scalar(quantity: str) -> Callable[[Draws, Draws], tuple[float, float, float
         if quantity == "albedo":
             return draws.albedo[:, 0]
         cuts = peak.cut(draws.specular, spread)
-        height = ladder.pseudo_values(cuts, lambda cut: peak.figures(cut)[:1])
+        height = pareto.pseudo_values(cuts, lambda cut: peak.figures(cut)[:1])
         return np.asarray(height[:, 0])
 
     def change(without: Draws, base: Draws) -> tuple[float, float, float]:

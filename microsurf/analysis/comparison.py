@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from ..results import albedo as summary
+from ..results import albedos
 from ..scene import Scene
 from ..scene.expectation import Expectation
 
@@ -80,9 +80,9 @@ def compare(
         expectation = scene.expect.get(name, _DEFAULT)
         theory = all_orders if name == "total" and all_orders is not None else predicted
         for kd in scene.material.kd:
-            of = [summary.quantity(d, name, scene.material.n, kd) for d in (measured, theory)]
+            of = [albedos.quantity(d, name, scene.material.n, kd) for d in (measured, theory)]
             noise, sampling = (
-                summary.ray_error(d, name, scene.material.n, kd) for d in (measured, theory)
+                albedos.ray_error(d, name, scene.material.n, kd) for d in (measured, theory)
             )
             for t, theta in enumerate(scene.light.theta):
                 for p, phi in enumerate(scene.light.phi):

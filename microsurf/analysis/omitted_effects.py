@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from ..results import albedo as summary
+from ..results import albedos
 from ..scene import Effects, Scene
 from ..surface import Heightfield
 from ..trace import measure
@@ -44,8 +44,8 @@ def cost(
     n = scene.material.n
     rows = []
     for kd in scene.material.kd:
-        both = [summary.quantity(d, "total", n, kd).values for d in (measured, complete)]
-        noise = [summary.ray_error(d, "total", n, kd).values for d in (measured, complete)]
+        both = [albedos.quantity(d, "total", n, kd).values for d in (measured, complete)]
+        noise = [albedos.ray_error(d, "total", n, kd).values for d in (measured, complete)]
         places = product(enumerate(scene.light.theta), enumerate(scene.light.phi))
         for (t, theta), (p, phi) in places:
             part, all_of_it = (values[:, t, p] for values in both)

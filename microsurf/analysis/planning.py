@@ -16,7 +16,7 @@ from scipy import stats
 
 from .. import memory
 from ..errors import InputError
-from ..results import uncertainty as precision
+from ..results import uncertainty
 from ..scene import MOST_PATHS, Accuracy, Scene
 from ..surface import surfaces_of
 from ..trace import measure
@@ -167,7 +167,7 @@ def plan(
     wall = time.perf_counter() - begin
     per_path = seen.attrs["seconds"] / float(seen.paths.sum())
     per_surface = max(wall - seen.attrs["seconds"], 0.0) / count
-    wanted = _wanted(precision.of_measurement(seen, scene), asked, paths, single=single)
+    wanted = _wanted(uncertainty.of_measurement(seen, scene), asked, paths, single=single)
     cells = surfaces[0].heights.size if surfaces else 0
     realisations, planned = scene.surface.realisations, asked.paths
     if asked.standard_error is not None:
@@ -251,13 +251,13 @@ class _Wanted:
 
 
 def _wanted(
-    known: list[precision.Known], asked: Accuracy, paths: int, *, single: bool
+    known: list[uncertainty.Known], asked: Accuracy, paths: int, *, single: bool
 ) -> list[_Wanted]:
     """Totals as they are, lobes relative to themselves; a ``single`` surface has no others."""
     error = asked.standard_error or np.inf
     rows = []
     for row in known:
-        lobe = row.quantity in precision.LOBES
+        lobe = row.quantity in uncertainty.LOBES
         if not lobe and row.quantity != "total":
             continue
         size = row.spread.mean if lobe else 1.0
@@ -303,7 +303,7 @@ def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) 
 
 
 def _widened(count: int) -> float:
-    """Few surfaces know their own spread badly, see `precision.surplus`."""
+    """Few surfaces know their own spread badly, see `uncertainty.surplus`."""
     return float(stats.t.ppf(0.975, count - 1)) / _NORMAL
 
 

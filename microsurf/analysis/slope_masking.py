@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import memory
-from ..physics import smith
-from ..physics import student_t as std
+from ..physics import smith, student_t
 from ..physics.facet import mirror
 from ..physics.fresnel import reflectance
 from ..scene import Scene
@@ -90,7 +89,7 @@ def masking_by_slope(
     rough = scene.roughness
     if not scene.requires.roughness or rough.sigma_x == 0:
         raise ValueError("a flat scene has no slopes to bin")
-    edges = std.slope_quantile(QUANTILES, rough.gamma)
+    edges = student_t.slope_quantile(QUANTILES, rough.gamma)
     made = surfaces_of(scene, seed) if surfaces is None else surfaces
     with ThreadPoolExecutor(workers or memory.cores()) as crew:
         seen = [_look(scene, s, edges, seed, r, crew) for r, s in enumerate(made)]
@@ -201,7 +200,7 @@ def _smith(scene: Scene, theta: float, slopes: Array, numbers: Array) -> dict[st
     turn = 2 * np.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
     p = rough.sigma_x * np.outer(slopes, np.cos(turn))
     q = rough.sigma_y * np.outer(slopes, np.sin(turn))
-    m = std.normals(p, q)
+    m = student_t.normals(p, q)
     sums = np.zeros(4)
     for phi in sides:
         i = direction(theta, float(phi))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..results import dataset as result
+from ..results import datasets
 from ..scene import Scene
 from .comparison import Comparison, decide
 
@@ -186,7 +186,7 @@ def lobes(three: Lobes, scene: Scene, quantity: str, margin: float) -> list[Lobe
                 continue
             ring, sector = np.unravel_index(np.abs(own - theory).argmax(), own.shape)
             there = {"theta_o": int(ring), "phi_o": int(sector)}
-            mean = [float(result.brdf(b).isel(there)) for b in bins]
+            mean = [float(datasets.brdf(b).isel(there)) for b in bins]
             of_theory = float(np.abs(measured - theory).sum() / size)
             rows.append(
                 Lobe(
@@ -208,7 +208,7 @@ def lobes(three: Lobes, scene: Scene, quantity: str, margin: float) -> list[Lobe
 
 
 def _lobe(dataset: xr.Dataset, quantity: str, n: float, kd: float) -> xr.DataArray:
-    energy = result.by_kind(dataset.flux.mean("realisation"), n, kd)
+    energy = datasets.by_kind(dataset.flux.mean("realisation"), n, kd)
     if quantity == ALL_ORDERS:
         return energy.sum(("order", "kind"))
     return energy.sel(order=1, kind=quantity, drop=True)

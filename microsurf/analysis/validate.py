@@ -7,13 +7,12 @@ from typing import Any
 import xarray as xr
 
 from .. import invariants, model
-from ..results import albedo as summary
+from ..results import albedos
 from ..scene import Scene
 from ..surface import Heightfield, StdFit, surface_statistics, surfaces_of
 from ..trace import measure
-from . import comparison, user_brdf
-from . import omitted_effects as left_out
-from .error_budget import assemble as budgets
+from . import comparison, omitted_effects, user_brdf
+from .error_budget import assemble
 from .error_budget.refinement import refine
 from .fitted_theory import fit_as_json, fitted_scene, guarded, prepare
 from .slope_masking import masking_by_slope
@@ -38,7 +37,7 @@ class Validation:
     name : str
         Of the scene file.
     measured : xarray.Dataset
-        The measurement, see `microsurf.results.dataset`.
+        The measurement, see `microsurf.results.datasets`.
     predicted : dict
         Predictions by model, in the order of MODELS, and of all orders by WALK.
     comparisons : list of Comparison
@@ -54,7 +53,7 @@ class Validation:
     notes : list of str
         What is assumed of a surface from a file, and what hints at a mistake in it.
     left_out : list of dict
-        What the effects that the scene leaves out cost, see `left_out.cost`.
+        What the effects that the scene leaves out cost, see `omitted_effects.cost`.
     budget : list of Budget
         Where each difference comes from, see `budget.budget_of`; empty for a flat scene.
     masking : list of dict
@@ -83,7 +82,7 @@ class Validation:
     statistics: dict[str, Any] = field(default_factory=dict)
     fit: StdFit | None = None
     left_out: list[dict[str, Any]] = field(default_factory=list)
-    budget: list[budgets.Budget] = field(default_factory=list)
+    budget: list[assemble.Budget] = field(default_factory=list)
     masking: list[dict[str, Any]] = field(default_factory=list)
     frontier: Tradeoff | None = None
     seconds: float = 0.0
@@ -147,7 +146,7 @@ def validate_scene(
     if surfaces:
         if refined:
             by_slope = masking_by_slope(theory, surfaces, seed=seed, workers=workers)
-        cases = budgets.cases_of(
+        cases = assemble.cases_of(
             theory,
             measured,
             (first, predicted.get(WALK)),
@@ -155,11 +154,11 @@ def validate_scene(
             refinement=refine(scene, measured, seed=seed, workers=workers, progress=progress)
             if refined
             else None,
-            exchange=budgets.exchange_of(by_slope),
-            walks=min(budgets.WALKS, scene.accuracy.paths * len(surfaces)),
+            exchange=assemble.exchange_of(by_slope),
+            walks=min(assemble.WALKS, scene.accuracy.paths * len(surfaces)),
             seed=seed,
         )
-        terms = budgets.budget_of(cases)
+        terms = assemble.budget_of(cases)
     frontier = None
     if refined:
         made = {key: (predicted[key], spent) for key, spent in seconds.items()}
@@ -185,7 +184,7 @@ def validate_scene(
         else {},
         fit=fit,
         notes=notes,
-        left_out=left_out.cost(
+        left_out=omitted_effects.cost(
             scene, measured, surfaces, seed=seed, workers=workers, progress=progress
         ),
         budget=terms,
@@ -214,22 +213,22 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "broken": entry.broken,
         "invariants": invariants.as_rows(entry.invariants),
         "measured": {
-            **summary.figures(entry.measured, material.n, material.kd),
-            **summary.losses(entry.measured),
+            **albedos.figures(entry.measured, material.n, material.kd),
+            **albedos.losses(entry.measured),
             "paths": int(entry.measured.paths.sum()),
             "rays": int(entry.measured.attrs["rays"]),
             "tracing_seconds": entry.measured.attrs["seconds"],
             "embree_ratio": entry.measured.attrs["embree_ratio"],
         },
         "predicted": {
-            key: summary.figures(prediction, material.n, material.kd)
+            key: albedos.figures(prediction, material.n, material.kd)
             for key, prediction in entry.predicted.items()
         },
         "surface": entry.statistics,
         "fit": None if entry.fit is None else fit_as_json(entry.fit),
         "notes": entry.notes,
         "left_out": entry.left_out,
-        "budget": budgets.rows(entry.budget),
+        "budget": assemble.rows(entry.budget),
         "masking": entry.masking,
         "trial": None if entry.trial is None else entry.trial.as_json(),
         "seconds": entry.seconds,

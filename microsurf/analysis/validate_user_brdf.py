@@ -5,8 +5,8 @@ from dataclasses import replace
 import xarray as xr
 
 from .. import model
-from ..results import dataset as result
-from ..results.albedo import QUANTITIES
+from ..results import datasets
+from ..results.albedos import QUANTITIES
 from ..scene import Scene
 from . import comparison, user_brdf
 from .comparison import Comparison
@@ -99,7 +99,7 @@ def _place(key: Key) -> str:
 def _energy(predicted: xr.Dataset, scene: Scene) -> list[str]:
     """No more light than came, and none out of a substrate or interface that is not there."""
     (kd,) = scene.material.kd
-    by_kind = result.by_kind(result.hemispherical(predicted.flux), scene.material.n, kd)
+    by_kind = datasets.by_kind(datasets.hemispherical(predicted.flux), scene.material.n, kd)
     albedo = by_kind.isel(realisation=0, order=0, drop=True)
     stray = {"body": float(predicted.attrs["stray_body"]), "specular": 0.0}
     if predicted.attrs["orders"] == "1" and not scene.requires.interface:

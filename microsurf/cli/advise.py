@@ -8,7 +8,7 @@ import click
 from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.recommend import Advice, Judged, advise
 from ..analysis.tradeoff.study import CHOICES
-from ..scene import toml as scene_file
+from ..scene import toml
 from .options import PATH, as_json, beyond, check_tail, effort, seed
 from .output import show, write
 
@@ -40,7 +40,7 @@ def advise_command(
 
     Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
     """
-    asked = scene_file.read(scene)
+    asked = toml.read(scene)
     stated = check_tail(asked, beyond)
     found = advise(asked, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
     if as_json:

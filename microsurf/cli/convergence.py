@@ -11,8 +11,7 @@ from ..analysis.convergence.steps import EFFORTS
 from ..analysis.convergence.study import Convergence, Row, converge
 from ..report import make_folder
 from ..report.figures.convergence import draw
-from ..scene import Scene
-from ..scene import toml as scene_file
+from ..scene import Scene, toml
 from ..surface import notes_on_file
 from .options import PATH, as_json, beyond, check_from_file, check_tail, say, seed, workers
 from .output import show, write
@@ -53,7 +52,7 @@ def convergence_command(
 
     Example: microsurf convergence my_scene.toml --effort quick
     """
-    asked = scene_file.read(scene)
+    asked = toml.read(scene)
     check_tail(asked, beyond)
     _check(asked, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out

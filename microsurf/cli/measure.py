@@ -12,13 +12,10 @@ import xarray as xr
 from .. import memory
 from ..errors import InputError, MicrosurfError
 from ..files import check_writable
-from ..results import albedo as summary
-from ..results import dataset as result
-from ..results import uncertainty as precision
+from ..results import albedos, datasets, detector, uncertainty
 from ..scene import Scene
 from ..surface import notes_on_file
-from ..trace import checkpoint as keep
-from ..trace import measure
+from ..trace import checkpoint, measure
 from ..trace.cluster import Crew, connected
 from .options import (
     PATH,
@@ -112,8 +109,8 @@ def measure_command(
         )
     paths = float(measured.paths.sum())
     values = {
-        **summary.figures(measured, asked.material.n, asked.material.kd),
-        **summary.losses(measured),
+        **albedos.figures(measured, asked.material.n, asked.material.kd),
+        **albedos.losses(measured),
         "paths": int(paths),
         "light_rays": int(measured.light_rays.sum()),
         "rays": int(measured.attrs["rays"]),
@@ -124,7 +121,7 @@ def measure_command(
         "embree_ratio": measured.attrs["embree_ratio"],
         **stated,
     }
-    errors = precision.as_json(measured, asked)
+    errors = uncertainty.as_json(measured, asked)
     values["errors"] = errors if as_json else _for_people(errors)
     if asked.accuracy.standard_error is not None:
         values |= _reached(measured, asked)
@@ -161,8 +158,8 @@ def _crew(scheduler: str | None, workers: int | None) -> Iterator[Crew | None]:
 
 def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
     """Write the result, then remove the pieces; killed in between, it leaves no half file."""
-    whole = parts / keep.RESULT
-    result.save(measured, whole)
+    whole = parts / checkpoint.RESULT
+    datasets.save(measured, whole)
     try:
         whole.replace(out)
     except OSError as error:
@@ -170,16 +167,16 @@ def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
             f"{out}: could not be written ({error.strerror}); "
             "what is finished is kept, start again with --resume"
         ) from error
-    keep.clear(parts)
+    checkpoint.clear(parts)
 
 
 def _reached(measured: xr.Dataset, asked: Scene) -> dict[str, Any]:
-    """What a run that was asked for an error came to; lists as in `summary.figures`."""
+    """What a run that was asked for an error came to; lists as in `albedos.figures`."""
     n, kds = asked.material.n, asked.material.kd
 
     def lobes(kd: float) -> list[float]:
         """Greater error of both lobes at each angle."""
-        kinds = [precision.lobe_error(measured, kind, n, kd) for kind in result.KINDS]
+        kinds = [uncertainty.lobe_error(measured, kind, n, kd) for kind in detector.KINDS]
         return list(np.max([errors.values.ravel() for errors in kinds], axis=0).tolist())
 
     paths = measured.paths.sum("realisation").values.ravel()
@@ -188,7 +185,7 @@ def _reached(measured: xr.Dataset, asked: Scene) -> dict[str, Any]:
         "lobe_error": _listed([_listed(list(row)) for row in by_angle]),
         "realisations": measured.sizes["realisation"],
         "paths_by_angle": _listed(paths.astype(int).tolist()),
-        "reached": precision.surplus(measured, asked) <= 1,
+        "reached": uncertainty.surplus(measured, asked) <= 1,
     }
 
 

@@ -7,13 +7,11 @@ from typing import Any
 
 import click
 
-from ..analysis import planning as plan
+from ..analysis import planning
 from ..analysis.tradeoff.effort import EFFORTS
 from ..errors import InputError
 from ..files import check_readable
-from ..scene import Accuracy, Scene
-from ..scene import tail_limit as border
-from ..scene import toml as scene_file
+from ..scene import Accuracy, Scene, tail_limit, toml
 
 PATH = click.Path(path_type=Path)
 _MAX_WORKERS = 1024
@@ -58,7 +56,7 @@ workers = click.option(
 beyond = click.option(
     "--beyond",
     is_flag=True,
-    help=f"Go on below γ = {border.LEAST_GAMMA:g}, where no mesh holds the steepest slopes.",
+    help=f"Go on below γ = {tail_limit.LEAST_GAMMA:g}, where no mesh holds the steepest slopes.",
 )
 effort = click.option(
     "--effort",
@@ -140,12 +138,13 @@ def say(notes: list[str]) -> dict[str, list[str]]:
 
 def check_tail(asked: Scene, beyond: bool) -> dict[str, str]:
     """Refuse what no mesh can hold, or say on stderr what it leaves out; also for --json."""
-    left_out = border.tail_left_out(asked)
+    left_out = tail_limit.tail_left_out(asked)
     if left_out is None:
         return {}
     if not beyond:
         raise InputError(
-            f"{left_out}; must be ≥ {border.LEAST_GAMMA:g}. Add --beyond to go on with that error; "
+            f"{left_out}; must be ≥ {tail_limit.LEAST_GAMMA:g}. Add --beyond to go on with that"
+            f" error; "
             "`microsurf predict` needs no mesh"
         )
     click.echo(f"microsurf: {left_out}: gone on with, as asked by --beyond", err=True)
@@ -154,7 +153,7 @@ def check_tail(asked: Scene, beyond: bool) -> dict[str, str]:
 
 def compose(file: Path | None, **given: Any) -> Scene:
     """Build the scene of a command: its file, if any, with the options over it."""
-    base = scene_file.read(file) if file else Scene()
+    base = toml.read(file) if file else Scene()
 
     def over(part: Any, **values: Any) -> Any:
         return replace(part, **{k: v for k, v in values.items() if v is not None})
@@ -192,8 +191,8 @@ def with_mesh_chosen(asked: Scene, file: Path | None, given: dict[str, Any]) -> 
     """On the mesh that the accuracy takes, unless the scene file or an option names one."""
     named = {name for name in _MESH if given.get(name) is not None}
     if file is not None:
-        named |= _MESH & scene_file.says(file, "surface")
-    return asked if named else plan.with_mesh(asked)
+        named |= _MESH & toml.says(file, "surface")
+    return asked if named else planning.with_mesh(asked)
 
 
 def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:

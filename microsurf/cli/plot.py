@@ -6,7 +6,7 @@ import click
 
 from .. import report
 from ..files import check_writable
-from ..results import dataset as result
+from ..results import datasets
 from ..scene import Material
 from .options import PATH, as_json
 from .output import check_ending, show
@@ -26,5 +26,5 @@ def plot_command(files: tuple[Path, ...], kd: float | None, out: Path, as_json: 
         Material(kd=(kd,))  # checks it
     check_ending(out, ".png", ".pdf", ".svg")
     check_writable(out)
-    report.plot_results({file.stem: result.load(file) for file in files}, out, kd)
+    report.plot_results({file.stem: datasets.load(file) for file in files}, out, kd)
     show({"file": str(out)}, as_json)

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from .. import model
 from ..errors import InputError
 from ..files import check_readable, check_writable
-from ..results import albedo as summary
-from ..results import dataset as result
+from ..results import albedos, datasets
 from ..scene import Scene
 from .options import PATH, as_json, check_described, compose, light, material, roughness, seed
 from .output import check_ending, show, write
@@ -78,12 +77,12 @@ def predict_command(
     seconds = time.perf_counter() - begin
     values = {
         "model": name,
-        **summary.figures(predicted, asked.material.n, asked.material.kd),
-        "lost": summary.losses(predicted)["lost"] if name in model.KINDS else 0.0,
+        **albedos.figures(predicted, asked.material.n, asked.material.kd),
+        "lost": albedos.losses(predicted)["lost"] if name in model.KINDS else 0.0,
         "seconds": seconds,
     }
     if out is not None:
-        result.save(predicted, out)
+        datasets.save(predicted, out)
         values["file"] = str(out)
     show(values, as_json)
 

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from ..report import make_folder, stability_text
-from ..report.figures import stability as stability_plot
+from ..report.figures import stability
 from ..stability import Stability, survey
 from .options import PATH, as_json
 from .output import show, write
@@ -44,9 +44,9 @@ def stability_command(quick: bool, out: Path, as_json: bool) -> None:
 def _save(found: Stability, values: dict[str, Any], out: Path) -> None:
     contents: dict[str, Content] = {
         "stability.md": stability_text.markdown(found),
-        "stability.csv": stability_plot.rows(found),
+        "stability.csv": stability.rows(found),
         "stability.json": values,
     }
     for group in dict.fromkeys(point.group for point in found.points):
-        contents[f"stability-{group}.png"] = stability_plot.figure(found, group)
+        contents[f"stability-{group}.png"] = stability.figure(found, group)
     save(out, contents, dpi=85)

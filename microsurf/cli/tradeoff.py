@@ -9,7 +9,7 @@ from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.study import QUANTITIES, Tradeoff, check, tradeoff
 from ..report import make_folder
 from ..report.figures.pareto import figure, rows, within
-from ..scene import toml as scene_file
+from ..scene import toml
 from .options import PATH, as_json, beyond, check_tail, effort, seed
 from .output import show, write
 from .save import rounded, save_study
@@ -29,7 +29,7 @@ def tradeoff_command(
 
     Example: microsurf tradeoff my_scene.toml
     """
-    asked = scene_file.read(scene)
+    asked = toml.read(scene)
     check(asked)
     stated = check_tail(asked, beyond)
     out = Path("reports/tradeoff") / scene.stem if out is None else out

@@ -8,15 +8,14 @@ from typing import Any
 import click
 
 from .. import memory, model, report
-from ..analysis import regression as baseline
-from ..analysis import validate_user_brdf as trial
+from ..analysis import regression, validate_user_brdf
 from ..analysis.fitted_theory import prepare
 from ..analysis.planning import Plan
 from ..analysis.validate import Validation, validate_scene
 from ..errors import InputError
 from ..invariants import global_invariants
 from ..report import sections, stability_section
-from ..results import uncertainty as precision
+from ..results import uncertainty
 from ..scene import Scene, expectation
 from ..scene.builtin import built_in_scenes
 from ..stability import survey
@@ -92,7 +91,7 @@ def validate_command(
     scenes = {file.stem: with_mesh_chosen(compose(file, **given), file, given) for file in files}
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
-    before = None if old is None else (str(old), baseline.read_report(old))
+    before = None if old is None else (str(old), regression.read_report(old))
     own = None if candidate is None else model.load_candidate(candidate)
     if own is not None and not scene_files:  # a mirror's spike is no f(i, o)
         scenes = {name: asked for name, asked in scenes.items() if model.has_values(asked)}
@@ -123,7 +122,7 @@ def validate_command(
             prepared=prepared[name],
             surface_paths=plans[name].scene.accuracy.paths if name in plans else None,
         )
-        results.append(entry if own is None else trial.judge(entry, own, broken[name]))
+        results.append(entry if own is None else validate_user_brdf.judge(entry, own, broken[name]))
     lasting = global_invariants(seed, workers, progress=True)
     # The laws are the same whatever the scene: half a minute that only the main job takes.
     stable = [] if scene_files else [stability_section.section(survey(quick=True, progress=True))]
@@ -188,7 +187,7 @@ def _reached(results: list[Validation], adaptive: dict[str, Scene]) -> dict[str,
         return {}
     return {
         "reached": {
-            entry.name: precision.surplus(entry.measured, adaptive[entry.name]) <= 1
+            entry.name: uncertainty.surplus(entry.measured, adaptive[entry.name]) <= 1
             for entry in results
             if entry.name in adaptive
         }

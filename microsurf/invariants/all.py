@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from tqdm import tqdm
 
 from .. import memory
-from ..trace import work_items as pieces
+from ..trace import work_items
 from .area import projected_area
 from .determinism import threads
 from .furnace import furnaces
@@ -32,7 +32,7 @@ def global_invariants(
         Show a progress bar on standard error if that is a terminal.
 
     """
-    pieces.compiled()
+    work_items.compiled()
     with ThreadPoolExecutor(workers or memory.cores()) as pool:
         steps = (
             lambda: furnaces(pool, seed, workers),

@@ -13,7 +13,7 @@ from ..trace.embree import EmbreeTile
 from ..trace.grid import MARGIN, Grid, triangles
 from ..trace.kernels.empty_space import OFFSET
 from ..trace.wavefront import Tile
-from . import false_alarms as chance
+from . import false_alarms
 from .invariant import Invariant
 from .replicates import RUNS, heights_of, tile_of
 
@@ -166,10 +166,10 @@ def visible(pool: Executor, tiles: list[EmbreeTile], place: tuple[int, ...]) -> 
             figures[f"{key}: standard error in %"] = 100 * error / cosine
             figures[f"{key}: mean G1 of the mesh"] = mean_g1(tile.grid, theta, phi)
             figures[f"{key}: Smith's G1"] = float(smith.g1(direction(theta, phi), gamma, sigma))
-    return chance.by_chance(
+    return false_alarms.by_chance(
         "projected area, visible",
         "Σ ⟨w·m⟩ · G1 · area = cosθ: the facets that see the light show it what falls in",
-        [chance.against(seen[:, k].T, cosine) for k, cosine in enumerate(cosines)],
+        [false_alarms.against(seen[:, k].T, cosine) for k, cosine in enumerate(cosines)],
         f"{len(tiles)} surfaces at {len(LIGHT)} angles, rays from the surface towards the light",
         figures,
     )

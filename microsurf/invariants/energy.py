@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from ..results import albedo as summary
-from ..results import dataset as result
+from ..results import albedos, datasets, detector
 from ..scene import Material
 from ..surface import Heightfield
 from .area import closed
@@ -27,7 +26,7 @@ def scene_invariants(
     Parameters
     ----------
     measured : xarray.Dataset
-        As `trace.measure` gives it.
+        As `trace.measurement` gives it.
     predicted : Mapping of str to xarray.Dataset
         Predictions by model.
     surfaces : sequence of Heightfield
@@ -51,7 +50,7 @@ def energy(measured: xr.Dataset) -> Invariant:
         float(np.abs(accounted / measured.paths - 1).max()),
         BOOKS,
         "largest |sum / sent − 1|; rounding of the sums",
-        {"lost, of all paths": float(summary.lost_paths(measured).max())},
+        {"lost, of all paths": float(albedos.lost_paths(measured).max())},
     )
 
 
@@ -72,7 +71,7 @@ def walks(predicted: Mapping[str, xr.Dataset]) -> list[Invariant]:
 
 def orders(measured: xr.Dataset, material: Material) -> Invariant:
     """Sums over orders, kinds, body events, bins and batches come to the same light."""
-    by_bins = result.hemispherical(measured.flux)
+    by_bins = datasets.hemispherical(measured.flux)
     by_batches = measured.batch_flux.sum("batch") / measured.light_rays
     arrived = (by_bins / measured.path_weight).sum(("order", "body_events"))
     gaps = {
@@ -81,10 +80,10 @@ def orders(measured: xr.Dataset, material: Material) -> Invariant:
     }
     for kd in material.kd:
         weights = xr.DataArray(
-            result.body_weights(measured.sizes["body_events"], material.n, kd), dims="body_events"
+            datasets.body_weights(measured.sizes["body_events"], material.n, kd), dims="body_events"
         )
         whole = (by_bins.sum("order") * weights).sum("body_events")
-        parts = summary.by_order(measured, material.n, kd).sum(("order", "kind"))
+        parts = albedos.by_order(measured, material.n, kd).sum(("order", "kind"))
         gaps[f"orders and kinds against total, Kd = {kd:g}"] = np.abs(whole - parts).max()
     figures = {name: float(gap) for name, gap in gaps.items()}
     return Invariant(
@@ -100,7 +99,7 @@ def orders(measured: xr.Dataset, material: Material) -> Invariant:
 def possible(measured: xr.Dataset) -> Invariant:
     """Light where it can be: no more body events than facets met, and none negative."""
     impossible = measured.flux.where(
-        (measured.body_events > measured.order) & (measured.order < result.ORDERS[-1]), 0.0
+        (measured.body_events > measured.order) & (measured.order < detector.ORDERS[-1]), 0.0
     )
     negative = measured.flux.clip(max=0)
     return Invariant(
@@ -118,7 +117,7 @@ def no_light_of_its_own(
     """No albedo is above 1."""
     kd = max(material.kd)
     figures = {
-        name: float(summary.quantity(lobes, "total", material.n, kd).max())
+        name: float(albedos.quantity(lobes, "total", material.n, kd).max())
         for name, lobes in {"measured": measured, **predicted}.items()
     }
     return Invariant(

@@ -19,10 +19,10 @@ from ..model.random_walk.evaluate import evaluate_walk
 from ..model.random_walk.parameters import facet_of, law_of, stream
 from ..model.random_walk.simulate import MOST_EVENTS, walk
 from ..physics import facet, fresnel
-from ..results import albedo as summary
+from ..results import albedos
 from ..scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from ..trace import measure
-from . import false_alarms as chance
+from . import false_alarms
 from .invariant import Invariant
 from .walk_furnace import furnace
 
@@ -57,8 +57,8 @@ def traced(seed: int, workers: int | None) -> Invariant:
     gaps, lost, paths = [], 0.0, 0.0
     for scene in explicit_scenes():
         measured = measure(scene, seed=seed, workers=workers)
-        total = summary.quantity(measured, "total", scene.material.n, scene.material.kd[0])
-        away = summary.lost_light(measured)
+        total = albedos.quantity(measured, "total", scene.material.n, scene.material.kd[0])
+        away = albedos.lost_light(measured)
         gaps.append(float(np.abs(total.isel(realisation=0) + away - 1).max()))
         lost += float(measured.ended_paths.isel(cause=measured.lost.values).sum())
         paths += float(measured.paths.sum())
@@ -81,7 +81,7 @@ def walked(seed: int, workers: int | None) -> Invariant:
             material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)), light=Light(THETAS)
         )
         found = walk(scene, kind, walks=PATHS, seed=seed, workers=workers)
-        gaps.append(float(np.abs(summary.quantity(found, "total", n, 1.0) - 1).max()))
+        gaps.append(float(np.abs(albedos.quantity(found, "total", n, 1.0) - 1).max()))
     return Invariant(
         "white furnace, walked",
         "albedo = 1 at Kd = 1 by both random walks, without a cap on events",
@@ -132,12 +132,12 @@ def evaluated_walk(pool: Executor, seed: int) -> Invariant:
         values = [furnace_values(n, law, theta, WALKS, rng)]
         # Lambertian facets alone have lobes that uniform directions can find.
         values += [evaluated_lambertian(law, theta, WALKS, rng)] if n == 1 else []
-        z = max((float(chance.against(v, 1.0)) for v in values), key=abs)
+        z = max((float(false_alarms.against(v, 1.0)) for v in values), key=abs)
         return z, float(values[0].mean() - 1)
 
     found = list(pool.map(both, range(len(cases))))
     worst = max(found, key=lambda pair: abs(pair[0]))
-    return chance.by_chance(
+    return false_alarms.by_chance(
         "white furnace, walk evaluated",
         "∫ f cosθ dω = 1 at Kd = 1 over all orders, f by next-event evaluation of the Smith walk",
         # Of n = 1 the worse of two: as many comparisons again.
@@ -159,7 +159,7 @@ def furnace_values(
     rng: np.random.Generator,
     cap: int = MOST_EVENTS,
 ) -> Array:
-    """∫ f cosθ dω by each of so many walks, see `model.walk_furnace`."""
+    """∫ f cosθ dω by each of so many walks, see `invariants.walk_furnace`."""
     gamma, sigma = law
     scene = Scene(material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)))
     values = np.zeros(walks)

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from ..model import predict
 from ..physics import facet
-from ..results import albedo as summary
+from ..results import albedos as summary
 from ..scene import Accuracy, Light, Material, Roughness, Scene
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
 from ..trace.wavefront import Facet
-from . import false_alarms as chance
+from . import false_alarms
 from .invariant import Invariant
 from .replicates import FEATURES, features, heights_of, runs, tile_of
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 KD = 0.8
 THETAS = (0.0, 30.0, 60.0, 80.0, 89.0)
 RINGS = 1e-6
-"""Of the light: how well a fan's shares know a ring, see `trace.fans`."""
+"""Of the light: how well a fan's shares know a ring, see `trace.kernels.fans`."""
 
 
 def _scene(n: float, sigma: float, thetas: tuple[float, ...] = THETAS) -> Scene:
@@ -114,10 +114,10 @@ def small_interface(pool: Executor, seed: int) -> list[Invariant]:
         )
         for k, of in enumerate((almost, without))
     ]  # fmt: skip
-    by_rays = chance.by_chance(
+    by_rays = false_alarms.by_chance(
         "n → 1, traced",
         "with n = 1 + 1e−9 an explicit surface reflects as one without interface",
-        chance.between(*(x[:, 1:] for x in found)),
+        false_alarms.between(*(x[:, 1:] for x in found)),
         f"{', '.join(FEATURES[1:])}; γ = 2, σ = 0.5, θ = 60°",
         {
             f"{name}: difference in %": 100 * float(a / b - 1)

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from ..results import dataset as result
+from ..results import detector
 from ..surface import generate_surface
 from ..trace.wavefront import Facet, Tile, trace
-from . import false_alarms as chance
+from . import false_alarms
 from .invariant import Invariant
 from .replicates import RUNS, heights_of, tile_of, weighted
 
@@ -49,23 +49,23 @@ class Patch:
     @property
     def sectors(self) -> list[int]:
         """Numbers of its sectors."""
-        return [(self.middle + k) % result.SECTORS for k in range(-4, 5)]
+        return [(self.middle + k) % detector.SECTORS for k in range(-4, 5)]
 
     @property
     def size(self) -> float:
         """∫ cosθ dω in sr."""
-        return float(result.projected_solid_angles()[self.first : self.last].sum()) * WIDTH
+        return float(detector.projected_solid_angles()[self.first : self.last].sum()) * WIDTH
 
     @property
     def name(self) -> str:
         """Where it is, in degrees."""
-        low, high = result.RING_EDGES[[self.first, self.last]]
-        return f"θ {low:g}–{high:g}, φ {self.middle * 360 // result.SECTORS}"
+        low, high = detector.RING_EDGES[[self.first, self.last]]
+        return f"θ {low:g}–{high:g}, φ {self.middle * 360 // detector.SECTORS}"
 
     def directions(self, rng: np.random.Generator) -> Array:
         """Directions (θ, φ) in degrees of density ∝ cosθ dω, shape (DIRECTIONS, 2)."""
         points = qmc.Sobol(2, seed=rng).random(DIRECTIONS)
-        low, high = np.sin(np.radians(result.RING_EDGES[[self.first, self.last]])) ** 2
+        low, high = np.sin(np.radians(detector.RING_EDGES[[self.first, self.last]])) ** 2
         theta = np.degrees(np.arcsin(np.sqrt(low + points[:, 0] * (high - low))))
         return np.stack([theta, (self.middle + (points[:, 1] - 0.5) * WIDTH) * 10.0], axis=1)
 
@@ -88,7 +88,7 @@ def fluxes(
     def run(job: tuple[int, int]) -> Array:
         number, of = job
         rng = np.random.default_rng((*place, number, of))
-        light = np.zeros((len(result.ORDERS), 2, result.RINGS, result.SECTORS))
+        light = np.zeros((len(detector.ORDERS), 2, detector.RINGS, detector.SECTORS))
         for theta, phi in PATCHES[of].directions(rng):
             tally = trace(tile, theta, phi, facet, paths, rng, azimuth=0.0)
             light += weighted(tally, facet.n, KD) / DIRECTIONS
@@ -111,11 +111,11 @@ def judge(found: Array) -> Invariant:
     pairs = list(combinations(range(len(PATCHES)), 2))
     there = _with_sum(np.stack([found[:, a, b] for a, b in pairs], axis=1))
     back = _with_sum(np.stack([found[:, b, a] for a, b in pairs], axis=1))
-    return chance.by_chance(
+    return false_alarms.by_chance(
         "reciprocity of an explicit surface",
         "f(i, o) = f(o, i): light from one patch of the hemisphere to another, over their "
         "projected solid angles, is the same in both directions",
-        chance.between(there, back),
+        false_alarms.between(there, back),
         f"{len(pairs)} pairs of patches and all together by {', '.join(QUANTITIES)}; n = 1.5, "
         f"Kd = {KD}, a skewed anisotropic surface (γ = 2, σ = 0.4 and 0.8); exact for finite "
         "patches",

@@ -6,7 +6,7 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results import dataset as result
+from ..results import datasets, detector
 from ..surface import Heightfield, mesh
 from ..trace.embree import EmbreeTile
 from ..trace.grid import from_heights
@@ -60,7 +60,7 @@ def runs(
 def weighted(tally: Tally, n: float, kd: float) -> Array:
     """Light by order, kind (specular, body), ring and sector, as parts of what was sent."""
     energy = tally.energy / tally.light
-    weights = result.body_weights(energy.shape[1], n, kd)
+    weights = datasets.body_weights(energy.shape[1], n, kd)
     body = np.einsum("obrs,b->ors", energy[:, 1:], weights[1:])
     return np.stack([energy[:, 0], body], axis=1)
 
@@ -69,8 +69,8 @@ def features(tally: Tally, n: float, kd: float) -> Array:
     """The FEATURES of a tally."""
     light = weighted(tally, n, kd)
     whole = light.sum((0, 1))
-    azimuth = np.radians((result.SECTOR_EDGES[:-1] + result.SECTOR_EDGES[1:]) / 2)
-    cosine = np.cos(np.radians(result.ring_centres()))
+    azimuth = np.radians((detector.SECTOR_EDGES[:-1] + detector.SECTOR_EDGES[1:]) / 2)
+    cosine = np.cos(np.radians(detector.ring_centres()))
     return np.array(
         [
             light[0, 0].sum(),

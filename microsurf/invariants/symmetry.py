@@ -7,12 +7,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results import albedo as summary
+from ..results import albedos
 from ..scene import Accuracy, Light, Scene, Surface
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
 from ..trace.embree import EmbreeTile
-from . import false_alarms as chance
+from . import false_alarms
 from .invariant import Invariant
 from .reciprocity import IL, KD, skewed
 from .replicates import FEATURES, differing, features, runs, tile_of
@@ -68,10 +68,10 @@ def symmetries(pool: Executor, seed: int) -> Iterator[Invariant]:
             ("shifted", "two periods"),
         ),
     ):
-        yield chance.by_chance(
+        yield false_alarms.by_chance(
             name,
             statement,
-            [chance.between(lots[key], base) for key in which],
+            [false_alarms.between(lots[key], base) for key in which],
             f"{', '.join(which)} by {', '.join(FEATURES)}; a skewed anisotropic surface, light "
             f"from θ = {LIGHT[0]:g}°, φ = {LIGHT[1]:g}°",
             {
@@ -91,7 +91,7 @@ def unit_of_length(seed: int, workers: int | None) -> Iterator[Invariant]:
         found = measure(scene, [Heightfield(made.heights * unit, unit)], seed=seed, workers=workers)
         n, kd = scene.material.n, scene.material.kd[0]
         value, error = (
-            float(of(found, "total", n, kd).item()) for of in (summary.quantity, summary.ray_error)
+            float(of(found, "total", n, kd).item()) for of in (albedos.quantity, albedos.ray_error)
         )
         return found.flux.values, value, error
 
@@ -105,7 +105,7 @@ def unit_of_length(seed: int, workers: int | None) -> Iterator[Invariant]:
         f"bins that differ, of {2 * base.size}, units 2⁻³⁰ and 2¹⁰; division by 2 is exact",
     )
     gaps = {f"unit {unit:g}": (measured(unit)[1] - value) / error for unit in (1e-9, 1e3)}
-    yield chance.by_chance(
+    yield false_alarms.by_chance(
         "scale, any unit",
         "the unit of length changes nothing that can be seen",
         list(gaps.values()),

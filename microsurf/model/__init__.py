@@ -2,10 +2,10 @@
 
 `predict` and `evaluate` give the first order without sampling, `walk` and
 `evaluate_walk` all orders by random walks. `Brdf` is any of them as a renderer takes
-it, `named` the models of the literature. `Candidate` is a BRDF of one's own in their place.
+it, `presets` the models of the literature. `Candidate` is a BRDF of one's own in their place.
 """
 
-from . import presets as named
+from . import presets
 from .brdf import Brdf
 from .directions import direction
 from .random_walk.evaluate import evaluate_walk
@@ -26,8 +26,8 @@ __all__ = [
     "examine",
     "has_values",
     "load_candidate",
-    "named",
     "predict",
     "predict_candidate",
+    "presets",
     "walk",
 ]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..physics import fresnel
-from ..results import dataset as result
+from ..results import detector
 from ..scene import Roughness, Scene
 from .directions import checked
 from .random_walk.evaluate import evaluate_walk
@@ -16,7 +16,7 @@ from .random_walk.parameters import facet_of, law_of, stream
 from .random_walk.simulate import KINDS, MOST_EVENTS
 from .random_walk.smith_kernels import smith_walk
 from .random_walk.vcavity_kernels import vcavity_walk
-from .single_scattering import importance as proposal
+from .single_scattering import importance
 from .single_scattering.first_order import NAMES, evaluate
 
 Array = NDArray[np.float64]
@@ -108,14 +108,14 @@ class Brdf:
         if self.stochastic:
             return self._walked(i, rng)
         scene = self._proposed
-        drawn = proposal.sample(scene, i, rng, several=False)
+        drawn = importance.sample(scene, i, rng, several=False)
         specular, body = self.evaluate(i, drawn.o)
         density = self.pdf(i, drawn.o)
         valued = (density > 0) & ~drawn.delta
         weight = np.zeros(i.shape[:-1])
         weight[valued] = ((specular + body) * drawn.o[..., 2])[valued] / density[valued]
         if drawn.delta.any():
-            material, share = scene.material, proposal.mirrored_share(scene, i, several=False)
+            material, share = scene.material, importance.mirrored_share(scene, i, several=False)
             mirror = fresnel.reflectance(i[..., 2], material.n, material.k)
             weight[drawn.delta] = (mirror / np.maximum(share, np.finfo(float).tiny))[drawn.delta]
         return Sample(drawn.o, weight, drawn.delta)
@@ -133,17 +133,17 @@ class Brdf:
             run(exits[k : k + 1], events[k : k + 1], most, w, law, of_one, state)
         body = events[:, 1]
         # Beyond BODY_EXACT events roulette has taken the place of the weight.
-        weight = np.power(of_one.survival, np.clip(body, 0, result.BODY_EXACT))
+        weight = np.power(of_one.survival, np.clip(body, 0, detector.BODY_EXACT))
         weight[body < 0] = 0
         shape = i.shape[:-1]
         return Sample(exits.reshape(i.shape), weight.reshape(shape), np.zeros(shape, bool))
 
     def pdf(self, i: Array, o: Array) -> Array:
-        """Density in sr⁻¹ that proposes o from i; see `proposal`.
+        """Density in sr⁻¹ that proposes o from i; see `importance`.
 
         For order-1 models that of `sample`, exactly. A walk's own density is unknown;
         this one, of a lobe close to it, is for multiple importance sampling: the
         estimate is unbiased with any such density, its variance shows how close.
         """
         i, o = checked(i=i, o=o)
-        return proposal.density(self._proposed, i, o, several=self.stochastic)
+        return importance.density(self._proposed, i, o, several=self.stochastic)

@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..results import dataset as result
+from ..results import datasets, detector
 from ..scene import Scene
 from ..scene.toml import to_toml
 
@@ -21,10 +21,10 @@ def prediction(
     flux: Array,
     attrs: Attributes,
     *,
-    orders: Sequence[int] = result.ORDERS,
+    orders: Sequence[int] = detector.ORDERS,
     path_weight: Array | None = None,
 ) -> xr.Dataset:
-    """Label what a model found for a scene, see `microsurf.results.dataset.build`."""
+    """Label what a model found for a scene, see `microsurf.results.datasets.build`."""
     source = {
         "source": "prediction",
         "model": model,
@@ -32,4 +32,4 @@ def prediction(
         "microsurf": __version__,
     }
     thetas, phis = scene.light.theta, scene.light.phi
-    return result.build(flux, thetas, phis, orders, path_weight, {**source, **attrs})
+    return datasets.build(flux, thetas, phis, orders, path_weight, {**source, **attrs})

@@ -10,8 +10,7 @@ of w has a density ∝ (c − p)₊ t_ν(p), and across it q is a scaled t_(ν+1
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import smith
-from . import student_t as std
+from . import smith, student_t
 
 Array = NDArray[np.float64]
 
@@ -49,7 +48,7 @@ def density(
     facing = np.maximum(np.sum(w * m, axis=-1), 0)
     return np.asarray(
         facing
-        * std.distribution(m, gamma, sigma_x, sigma_y)
+        * student_t.distribution(m, gamma, sigma_x, sigma_y)
         / projected_area(w, gamma, sigma_x, sigma_y)
     )
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from ..analysis.validate import Validation
 from ..errors import InputError
 from ..files import check_writable, whole_file
-from ..results import dataset as result
+from ..results import datasets
 from ..scene.toml import from_toml, to_toml
 
 FOLDERS = ("figures", "data", "scenes")
@@ -88,7 +88,7 @@ def attach(entries: Sequence[Validation], out: Path, seed: int) -> list[Attached
             if dataset.nbytes > room:
                 left_out += 1
                 continue
-            result.save(dataset, out / name)
+            datasets.save(dataset, out / name)
             room -= dataset.nbytes
             data.append((label, name))
         again = ["microsurf", "validate", scene, "--seed", str(seed), "--out", f"again/{slug}"]

@@ -13,10 +13,8 @@ from .. import memory
 from ..analysis.validate import Validation
 from ..files import whole_file
 from ..invariants import Invariant
-from ..results import albedo as summary
-from ..results import uncertainty as precision
-from . import attachments, citations
-from . import json_document as document
+from ..results import albedos, uncertainty
+from . import attachments, citations, json_document
 from . import scene_figures as pictures
 from .figures.figure import ENDINGS, Picture, save
 from .junit import to_junit
@@ -90,7 +88,7 @@ def write(
     attachments.make_folders(out)
     further = of_scenes or {}
     entries = list(entries)
-    content = document.of(entries, seed, lasting, old)
+    content = json_document.of(entries, seed, lasting, old)
     attached = attachments.attach(entries, out, seed)
     cited = [key for part in (*of_all, *_chain(further)) for key in part.cites]
     references = citations.collect(entries, cited)
@@ -98,8 +96,8 @@ def write(
     page = _template().render(
         document=content,
         machine=_machine(),
-        quantities=summary.QUANTITIES | precision.LOBES,
-        verdicts=summary.QUANTITIES,
+        quantities=albedos.QUANTITIES | uncertainty.LOBES,
+        verdicts=albedos.QUANTITIES,
         overview=[_show(picture, figures) for picture in pictures.of_all(entries)],
         parts=[_part(part, "all", figures) for part in of_all],
         scenes=[
@@ -116,7 +114,7 @@ def write(
         megabytes={name: _size(out / name) / 1e6 for name in attachments.FOLDERS},
         bound=attachments.DATA_BYTES / 2**20,
     )
-    document.save(content, out / "report.json")
+    json_document.save(content, out / "report.json")
     for name, text in (
         ("report.md", to_markdown(content)),
         ("junit.xml", to_junit(content)),

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..analysis import regression as baseline
+from ..analysis import regression
 from ..analysis.validate import Validation, as_json
 from ..files import whole_file
 from ..invariants import Invariant, as_rows, broken
-from ..results import uncertainty as precision
+from ..results import uncertainty
 
 LIBRARIES = (
     "click", "embreex", "filelock", "jinja2", "matplotlib", "mpmath", "numba", "numpy", "psutil",
@@ -33,21 +33,21 @@ def of(
     """Give the document of report.json; report.schema.json beside this file describes it."""
     lasting = list(lasting)
     content = {
-        "schema": baseline.SCHEMA,
+        "schema": regression.SCHEMA,
         "microsurf": __version__,
         "seed": seed,
         "command": shlex.join(["microsurf", *sys.argv[1:]]),
         "python": platform.python_version(),
         "libraries": versions(),
         "scenes": [
-            {**as_json(entry), "errors": precision.as_json(entry.measured, entry.scene)}
+            {**as_json(entry), "errors": uncertainty.as_json(entry.measured, entry.scene)}
             for entry in entries
         ],
         "invariants": as_rows(lasting),
         "broken": broken(lasting),
     }
     return content | {
-        "baseline": None if old is None else baseline.against(content, old[1], old[0])
+        "baseline": None if old is None else regression.against(content, old[1], old[0])
     }
 
 

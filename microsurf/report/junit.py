@@ -8,7 +8,7 @@ import re
 import xml.etree.ElementTree as ET
 from typing import Any
 
-from . import phrases as wording
+from . import phrases
 
 # All that XML 1.0 has a place for; half a surrogate pair is not.
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -17,13 +17,13 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 def to_junit(document: dict[str, Any]) -> str:
     """Write the document of report.json as JUnit's XML; unexpected is a failure."""
     root = ET.Element("testsuites", name="microsurf")
-    for scene in wording.suites(document):
+    for scene in phrases.suites(document):
         suite = ET.SubElement(root, "testsuite", name=_text(scene["name"]))
         cases = [
-            (wording.place(row), _failure(scene, row) if row["unexpected"] else "")
+            (phrases.place(row), _failure(scene, row) if row["unexpected"] else "")
             for row in scene["comparisons"]
         ]
-        for name, failure in [*cases, *wording.invariants(scene)]:
+        for name, failure in [*cases, *phrases.invariants(scene)]:
             case = ET.SubElement(
                 suite,
                 "testcase",
@@ -43,8 +43,8 @@ def to_junit(document: dict[str, Any]) -> str:
 
 
 def _failure(scene: dict[str, Any], row: dict[str, Any]) -> str:
-    more = wording.finding(scene, row)
-    return "; ".join(part for part in (wording.verdict(row), more, row["why"]) if part)
+    more = phrases.finding(scene, row)
+    return "; ".join(part for part in (phrases.verdict(row), more, row["why"]) if part)
 
 
 def _count(element: ET.Element, seconds: float) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from . import phrases as wording
+from . import phrases
 
 Row = dict[str, Any]
 
@@ -23,7 +23,7 @@ _LINES = {"unexpected": 60, "notes": 20, "moved": 40, "trial": 40, "scenes": 100
 
 def to_markdown(document: Row) -> str:
     """Write the document of report.json as GitHub's Markdown, at most LONGEST characters."""
-    scenes = wording.suites(document)
+    scenes = phrases.suites(document)
     rows = [row for scene in scenes for row in scene["comparisons"]]
     count = sum(row["unexpected"] for row in rows) + sum(len(s["broken"]) for s in scenes)
     head = f"{count} unexpected" if count else "as expected"
@@ -54,15 +54,15 @@ def _unexpected(scenes: list[Row]) -> str:
     verdicts = [
         (
             _link(scene),
-            wording.place(row),
+            phrases.place(row),
             f"**{row['verdict']}**, expected {_escaped(row['expected'].replace('|', ' or '))}",
-            wording.effect(row),
+            phrases.effect(row),
             f"±{100 * row['margin']:g} %",
-            _escaped(wording.finding(scene, row) or row["why"]),
+            _escaped(phrases.finding(scene, row) or row["why"]),
         )
         for scene, row in bad[:most]
     ]
-    texts = [(s, text) for s in scenes for _, text in wording.invariants(s) if text]
+    texts = [(s, text) for s in scenes for _, text in phrases.invariants(s) if text]
     broken = [f"- {_link(s)}: **broken** – {_escaped(text)}" for s, text in texts[:most]]
     columns = ("scene", "quantity", "verdict", "effect", "margin", "why")
     parts = [_table(columns, verdicts, len(bad)), _list(broken, len(texts))]
@@ -79,11 +79,11 @@ def _moved(baseline: Row | None) -> str:
     if baseline is None:
         return ""
     found = [
-        (_escaped(row["scene"]), wording.place(row), wording.moved(row), _percent(row))
+        (_escaped(row["scene"]), phrases.place(row), phrases.moved(row), _percent(row))
         for row in baseline["moved"][: _LINES["moved"]]
     ]
     changed = [
-        f"{row['scene']}: {wording.place(row)}: {row['old']} → {row['new']}"
+        f"{row['scene']}: {phrases.place(row)}: {row['old']} → {row['new']}"
         for row in baseline["verdicts"]
     ]
     changed += [f"{word}: {text}" for word in ("appeared", "vanished") for text in baseline[word]]
@@ -113,7 +113,7 @@ def _trial(scenes: list[Row]) -> str:
     found = [
         (
             _link(scene),
-            wording.place(row),
+            phrases.place(row),
             f"{row['candidate']:.5g}",
             f"{row['theory']:.5g}",
             f"{100 * row['effect']:+.2f} % ({100 * row['low']:+.2f} … {100 * row['high']:+.2f})",
@@ -140,7 +140,7 @@ def _scenes(scenes: list[Row]) -> str:
             (
                 ("✗ " if _bad(scene) else "✓ ") + _link(scene),
                 _counts(rows),
-                "–" if largest is None else f"{wording.effect(largest)}: {wording.place(largest)}",
+                "–" if largest is None else f"{phrases.effect(largest)}: {phrases.place(largest)}",
                 f"{scene['seconds']:.0f} s",
             )
         )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from ..results.albedo import QUANTITIES
+from ..results.albedos import QUANTITIES
 
 Row = dict[str, Any]
 

@@ -3,10 +3,7 @@
 from collections.abc import Sequence
 
 from ..analysis.validate import Validation
-from .figures import albedo_by_order as albedos
-from .figures import lobes, overview
-from .figures import surface as relief
-from .figures import verdicts as effects
+from .figures import albedo_by_order, lobes, overview, surface, verdicts
 from .figures.figure import Picture
 
 _OVERVIEW = (
@@ -59,22 +56,22 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
     one = entry.measured.sizes["realisation"] == 1
     found = []
     if entry.comparisons:
-        compared = effects.rows(entry.comparisons)
-        figure = effects.figure(compared)
+        compared = verdicts.rows(entry.comparisons)
+        figure = verdicts.figure(compared)
         caption = _EFFECTS.format(basis=basis)
         found.append(Picture(f"{slug}-effects", figure, caption, compared))
     curves = lobes.rows(entry.measured, entry.predicted, scene, kd)
     if curves:
         caption = _LOBES.format(kd=kd, basis=basis, bound=_BOUND if one else "")
         found.append(Picture(f"{slug}-lobes", lobes.figure(curves), caption, curves))
-    orders = albedos.rows(entry.measured, entry.predicted, scene, kd)
+    orders = albedo_by_order.rows(entry.measured, entry.predicted, scene, kd)
     if orders:
         higher = _HIGHER if any(row["order"] > 1 for row in orders) else ""
         caption = (_NO_BARS if one else _ALBEDOS).format(kd=kd, basis=basis, higher=higher)
-        found.append(Picture(f"{slug}-albedos", albedos.figure(orders), caption, orders))
+        found.append(Picture(f"{slug}-albedos", albedo_by_order.figure(orders), caption, orders))
     if entry.heightfield is not None:
-        profile = relief.rows(entry.heightfield, scene)
+        profile = surface.rows(entry.heightfield, scene)
         unit = "cells" if scene.surface.file is None else "unit of the file"
-        figure = relief.figure(profile, scene.roughness.gamma, unit)
+        figure = surface.figure(profile, scene.roughness.gamma, unit)
         found.append(Picture(f"{slug}-surface", figure, _RELIEF, profile))
     return found

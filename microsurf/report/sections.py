@@ -4,17 +4,13 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..analysis import multiplicity
-from ..analysis.error_budget import assemble as budget
+from ..analysis.error_budget import assemble
 from ..analysis.error_budget.terms import TERMS
 from ..analysis.tradeoff.study import Tradeoff
 from ..analysis.validate import Validation
 from ..invariants import Invariant
 from . import attachments
-from .figures import error_budget as budget_plot
-from .figures import masking as masking_plot
-from .figures import pareto as frontier_plot
-from .figures import pareto_all as frontiers_plot
-from .figures import user_brdf as candidate_plot
+from .figures import error_budget, masking, pareto, pareto_all, user_brdf
 from .figures.figure import Picture
 from .section import Section, Table
 
@@ -99,9 +95,9 @@ def _candidate(entry: Validation, slug: str) -> Section | None:
         return None
     picture = Picture(
         f"{slug}-candidate",
-        candidate_plot.figure(entry),
+        user_brdf.figure(entry),
         "The candidate's lobes beside the theory's and the measured ones.",
-        candidate_plot.rows(entry),
+        user_brdf.rows(entry),
     )
     columns = ("quantity", "theta_i", "kd", "candidate", "model", "theory", "effect", "finding")
     against = [{key: row[key] for key in columns} for row in entry.trial.as_json()["against"]]
@@ -118,10 +114,10 @@ def _candidate(entry: Validation, slug: str) -> Section | None:
 def _budget(entry: Validation, slug: str) -> Section | None:
     if not entry.budget:
         return None
-    rows = budget.rows(entry.budget)
+    rows = assemble.rows(entry.budget)
     kd, phi = entry.scene.material.kd[0], entry.scene.light.phi[0]
     first = [row for row in rows if row["kd"] == kd and row["phi_i"] == phi]
-    drawn = budget_plot.drawn_terms(first)
+    drawn = error_budget.drawn_terms(first)
     there = {row["term"] for row in rows}
     hidden = [t for t in ("law", "slopes", "mesh", "losses", "masking", "multiple")
               if t in there and t not in drawn]  # fmt: skip
@@ -131,7 +127,7 @@ def _budget(entry: Validation, slug: str) -> Section | None:
         phi=f", φ_i = {phi:g}°" if several else "",
         hidden=f"{', '.join(hidden)} (below 0.02 % everywhere)" if hidden else "nothing",
     )
-    picture = Picture(f"{slug}-budget", budget_plot.figure(first), caption, rows)
+    picture = Picture(f"{slug}-budget", error_budget.figure(first), caption, rows)
     table = Table(
         f"Terms in % of the prediction ± half their 95 % interval, Kd = {kd:g}; lobes and other Kd "
         "stand in the figure's CSV; a term that is not there is 0",
@@ -146,8 +142,8 @@ def _budget(entry: Validation, slug: str) -> Section | None:
 def _masking(entry: Validation, slug: str) -> Section | None:
     if not entry.masking:
         return None
-    drawn = masking_plot.rows(entry.masking, entry.measured.sizes["realisation"])
-    picture = Picture(f"{slug}-masking", masking_plot.figure(drawn), _MASKING, drawn)
+    drawn = masking.rows(entry.masking, entry.measured.sizes["realisation"])
+    picture = Picture(f"{slug}-masking", masking.figure(drawn), _MASKING, drawn)
     return Section("masking", "Masking by facet slope", "", (), (picture,), ("smith1967",))
 
 
@@ -160,27 +156,27 @@ def _frontier(entry: Validation, slug: str) -> Section | None:
         f"{100 * max(v, _EXACT):.2g} % ({name})" for name, v in reference.half_width.items()
     )
     text = _FRONTIER.format(reference=reference.text.removeprefix("reference: "), known=known)
-    picture = Picture(f"{slug}-frontier", frontier_plot.figure(rows), _FRONTIER_CAPTION, rows)
+    picture = Picture(f"{slug}-frontier", pareto.figure(rows), _FRONTIER_CAPTION, rows)
     return Section("frontier", "Speed against accuracy", text, (), (picture,))
 
 
 def _frontiers(entries: Sequence[Validation]) -> Section | None:
     tables = {e.name: _frontier_rows(e.frontier) for e in entries if e.frontier is not None}
-    rows = frontiers_plot.medians(tables)
+    rows = pareto_all.medians(tables)
     scenes = max((row["scenes"] for row in rows), default=0)
     if scenes < 2:  # of one it says what stands at the scene
         return None
     text = _OVER_ALL.format(scenes=scenes)
-    picture = Picture("frontiers", frontiers_plot.over_all(rows), _OVER_ALL_CAPTION, rows)
+    picture = Picture("frontiers", pareto_all.over_all(rows), _OVER_ALL_CAPTION, rows)
     return Section("frontiers", "Speed against accuracy", text, (), (picture,))
 
 
 def _frontier_rows(found: Tradeoff) -> list[dict[str, Any]]:
-    """Rows of `frontier_plot.rows` without what a report does not measure."""
+    """Rows of `pareto.rows` without what a report does not measure."""
     left_out = ("seconds_evaluation", "bytes", "bytes_basis")
     return [
         {key: value for key, value in row.items() if key not in left_out}
-        for row in frontier_plot.rows(found)
+        for row in pareto.rows(found)
     ]
 
 

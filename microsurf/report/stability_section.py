@@ -3,7 +3,7 @@
 from ..stability import Stability
 from ..stability.case import ENOUGH
 from ..stability.domain import BOX
-from .figures import stability as stability_plot
+from .figures import stability
 from .figures.figure import Picture
 from .section import Section, Table
 from .stability_text import place
@@ -56,7 +56,7 @@ def section(found: Stability) -> Section:
         ],
         digits=2,
     )
-    rows = stability_plot.rows(found)
+    rows = stability.rows(found)
     groups = dict.fromkeys(point.group for point in found.points)
     return Section(
         "stability",
@@ -71,8 +71,8 @@ def section(found: Stability) -> Section:
         tuple(
             Picture(
                 f"stability-{group}",
-                stability_plot.figure(found, group),
-                _CAPTION.format(what=stability_plot.GROUPS[group]),
+                stability.figure(found, group),
+                _CAPTION.format(what=stability.GROUPS[group]),
                 [row for row in rows if row["group"] == group],
             )
             for group in groups

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from . import dataset as result
+from . import detector
 
 Array = NDArray[np.float64]
 
@@ -26,22 +26,22 @@ _FIRST, _LEAST = 2.0, 1.0  # degrees: to find the width, and at least: bins are 
 
 def angles() -> Array:
     """Signed θ_o of the points in degrees, positive on the mirror side."""
-    rings = result.ring_centres()
+    rings = detector.ring_centres()
     return np.concatenate([-rings[:0:-1], rings])
 
 
 @cache
 def _weights(spread: float) -> Array:
     """Matrix from the bins' energies to intensities at the points, shape (points, bins)."""
-    theta = np.radians(result.ring_centres())[:, None]
+    theta = np.radians(detector.ring_centres())[:, None]
     # φ_o − φ_i is 180° on the mirror side.
-    phi = np.radians(np.arange(result.SECTORS) * 360 / result.SECTORS - 180)
+    phi = np.radians(np.arange(detector.SECTORS) * 360 / detector.SECTORS - 180)
     points = np.radians(angles())[:, None, None]
     cosine = np.sin(theta) * np.cos(phi) * np.sin(points) + np.cos(theta) * np.cos(points)
     away = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     kernel = np.exp(-((away / spread) ** 2) / 2)
     # A point at a bin's centre always has that bin; others may underflow.
-    within = (kernel * result.solid_angles()).sum(axis=(1, 2), keepdims=True)
+    within = (kernel * detector.solid_angles()).sum(axis=(1, 2), keepdims=True)
     return np.asarray((kernel / within).reshape(len(points), -1))
 
 

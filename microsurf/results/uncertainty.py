@@ -18,15 +18,14 @@ from scipy import stats
 
 from ..scene import Scene
 from ..stats.variance_components import KNOWN, Advice, Spread, advice, satterthwaite, spread
-from . import albedo as summary
-from . import dataset as result
+from . import albedos, datasets, detector
 
 _NORMAL = float(stats.norm.ppf(0.975))
 
 
 def lobe_ray_variance(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
     """Variance of an order-1 lobe's bins in each realisation from its rays alone."""
-    weight = 1.0 if kind == "specular" else float(result.body_weights(2, n, kd)[1])
+    weight = 1.0 if kind == "specular" else float(datasets.body_weights(2, n, kd)[1])
     return xr.DataArray(dataset.bin_variance.sel(kind=kind, drop=True) * weight**2)
 
 
@@ -54,7 +53,7 @@ def region_ray_error(
 
 def lobe(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
     """Energy in the bins of an order-1 lobe, by realisation and angle."""
-    return result.by_kind(dataset.flux.sel(order=1, drop=True), n, kd).sel(kind=kind, drop=True)
+    return datasets.by_kind(dataset.flux.sel(order=1, drop=True), n, kd).sel(kind=kind, drop=True)
 
 
 def _relative(variance: xr.DataArray, values: xr.DataArray) -> xr.DataArray:
@@ -87,13 +86,13 @@ def surplus(dataset: xr.Dataset, scene: Scene) -> float:
     n = scene.material.n
     worst = 0.0
     for kd in scene.material.kd:
-        albedo = float(summary.standard_error(dataset, "total", n, kd).max())
-        lobes = max(float(lobe_error(dataset, kind, n, kd).max()) for kind in result.KINDS)
+        albedo = float(albedos.standard_error(dataset, "total", n, kd).max())
+        lobes = max(float(lobe_error(dataset, kind, n, kd).max()) for kind in detector.KINDS)
         worst = max(worst, widened * albedo / asked, widened * lobes / asked_of_lobes)
     return worst
 
 
-LOBES = {f"{kind} lobe": f"order-1 {kind} lobe" for kind in result.KINDS}
+LOBES = {f"{kind} lobe": f"order-1 {kind} lobe" for kind in detector.KINDS}
 """Errors of lobes are root sums of squares over their bins; so is their size."""
 
 
@@ -114,7 +113,7 @@ def of_measurement(dataset: xr.Dataset, scene: Scene) -> list[Known]:
     only = scene.surface.file is not None or not scene.requires.roughness
     rows = []
     n = scene.material.n
-    for name in (*summary.QUANTITIES, *LOBES):
+    for name in (*albedos.QUANTITIES, *LOBES):
         for kd in scene.material.kd:
             for place, found in _spreads(dataset, name, n, kd):
                 if found.mean > 0:
@@ -148,8 +147,8 @@ def _spreads(
         kind = name.removesuffix(" lobe")
         values, variance = (of(dataset, kind, n, kd) for of in (lobe, lobe_ray_variance))
     else:
-        values = summary.quantity(dataset, name, n, kd)
-        variance = xr.DataArray(summary.ray_error(dataset, name, n, kd) ** 2)
+        values = albedos.quantity(dataset, name, n, kd)
+        variance = xr.DataArray(albedos.ray_error(dataset, name, n, kd) ** 2)
     for t, theta in enumerate(dataset.theta_i.values):
         for p, phi in enumerate(dataset.phi_i.values):
             place = {"theta_i": t, "phi_i": p}

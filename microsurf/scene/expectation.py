@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from . import validators as checks
+from . import validators
 
 QUANTITIES = ("specular", "body", "total")
 VERDICTS = ("holds", "departs", "undecided")
@@ -27,7 +27,7 @@ class Expectation:
         object.__setattr__(self, "verdict", verdict)
         for entry in verdict:
             for word in str(entry).split("|"):
-                checks.choice("expect.verdict", word, VERDICTS)
-        checks.require(isinstance(self.why, str), "expect.why", self.why, "a text")
-        object.__setattr__(self, "margin", checks.number("expect.margin", self.margin))
-        checks.require(0 < self.margin < 1, "expect.margin", self.margin, "between 0 and 1")
+                validators.choice("expect.verdict", word, VERDICTS)
+        validators.require(isinstance(self.why, str), "expect.why", self.why, "a text")
+        object.__setattr__(self, "margin", validators.number("expect.margin", self.margin))
+        validators.require(0 < self.margin < 1, "expect.margin", self.margin, "between 0 and 1")

@@ -6,7 +6,7 @@ from typing import Any
 
 from .. import memory
 from ..errors import InputError
-from . import validators as checks
+from . import validators
 from .expectation import Expectation
 
 STRUCTURES = ("independent", "tops", "middle", "extremes")
@@ -36,7 +36,7 @@ def _check_cells(cells: Any) -> None:
             f"{memory.gibibytes(cells**2 * memory.TRACE_BYTES_PER_CELL)} of memory, "
             f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.TRACE_BYTES_PER_CELL)}"
         )
-    checks.whole("surface.cells", cells, 2, MAX_CELLS)
+    validators.whole("surface.cells", cells, 2, MAX_CELLS)
 
 
 @dataclass(frozen=True)
@@ -53,21 +53,23 @@ class Material:
     k: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "n", checks.number("material.n", self.n))
-        object.__setattr__(self, "k", checks.number("material.k", self.k))
-        checks.require(0 <= self.k <= MAX_INDEX, "material.k", self.k, "0 (a dielectric) … 100")
+        object.__setattr__(self, "n", validators.number("material.n", self.n))
+        object.__setattr__(self, "k", validators.number("material.k", self.k))
+        validators.require(0 <= self.k <= MAX_INDEX, "material.k", self.k, "0 (a dielectric) … 100")
         if self.kd == ():
             object.__setattr__(self, "kd", 0.0 if self.conductor else 0.8)
-        object.__setattr__(self, "kd", checks.numbers("material.kd", self.kd))
+        object.__setattr__(self, "kd", validators.numbers("material.kd", self.kd))
         for kd in self.kd:
-            checks.require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
+            validators.require(0 <= kd <= 1, "material.kd", kd, "0 … 1")
         if self.conductor:
-            checks.require(0 < self.n <= MAX_INDEX, "material.n", self.n, "> 0 … 100 (with k)")
-            checks.require(
+            validators.require(0 < self.n <= MAX_INDEX, "material.n", self.n, "> 0 … 100 (with k)")
+            validators.require(
                 self.kd == (0.0,), "material.kd", self.kd, "left out: a conductor has no substrate"
             )
         else:
-            checks.require(1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100")
+            validators.require(
+                1 <= self.n <= MAX_INDEX, "material.n", self.n, "1 (no interface) … 100"
+            )
 
     @property
     def conductor(self) -> bool:
@@ -86,25 +88,25 @@ class Roughness:
     sigma: tuple[float, ...] = (0.5,)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gamma", checks.number("roughness.gamma", self.gamma))
-        object.__setattr__(self, "sigma", checks.numbers("roughness.sigma", self.sigma))
-        checks.require(
+        object.__setattr__(self, "gamma", validators.number("roughness.gamma", self.gamma))
+        object.__setattr__(self, "sigma", validators.numbers("roughness.sigma", self.sigma))
+        validators.require(
             self.gamma > 1.5,
             "roughness.gamma",
             self.gamma,
             "> 1.5 (below, the mean slope of the surface is infinite)",
         )
-        checks.require(
+        validators.require(
             len(self.sigma) <= 2, "roughness.sigma", self.sigma, "one number or two (x, y)"
         )
         for sigma in self.sigma:
-            checks.require(
+            validators.require(
                 sigma == 0 or 1e-6 <= sigma <= 1000,
                 "roughness.sigma",
                 sigma,
                 "0 (flat) or 1e-6 … 1000",
             )
-        checks.require(
+        validators.require(
             (self.sigma_x > 0) == (self.sigma_y > 0),
             "roughness.sigma",
             self.sigma,
@@ -143,29 +145,29 @@ class Surface:
     def __post_init__(self) -> None:
         _check_cells(self.cells)
         object.__setattr__(
-            self, "correlation", checks.number("surface.correlation", self.correlation)
+            self, "correlation", validators.number("surface.correlation", self.correlation)
         )
         low, high = CORRELATIONS
-        checks.require(
+        validators.require(
             low <= self.correlation <= high,
             "surface.correlation",
             self.correlation,
             f"{low:g} … {high:g} cells",
         )
-        checks.choice("surface.structure", self.structure, STRUCTURES)
-        checks.whole("surface.realisations", self.realisations, 1, 10_000)
+        validators.choice("surface.structure", self.structure, STRUCTURES)
+        validators.whole("surface.realisations", self.realisations, 1, 10_000)
         if self.spacing is not None:
-            spacing = checks.number("surface.spacing", self.spacing)
+            spacing = validators.number("surface.spacing", self.spacing)
             object.__setattr__(self, "spacing", spacing)
             low, high = SPACINGS
-            checks.require(
+            validators.require(
                 low <= spacing <= high, "surface.spacing", spacing, f"{low:g} … {high:g}"
             )
         if self.boundary is not None:
-            checks.choice("surface.boundary", self.boundary, BOUNDARIES)
-        checks.choice("surface.level", self.level, LEVELS)
+            validators.choice("surface.boundary", self.boundary, BOUNDARIES)
+        validators.choice("surface.level", self.level, LEVELS)
         named = self.file is None or (isinstance(self.file, str) and self.file != "")
-        checks.require(named, "surface.file", self.file, "the name of a file")
+        validators.require(named, "surface.file", self.file, "the name of a file")
 
 
 @dataclass(frozen=True)
@@ -181,14 +183,14 @@ class Light:
         return len(self.theta) * len(self.phi)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "theta", checks.numbers("light.theta", self.theta))
-        object.__setattr__(self, "phi", checks.numbers("light.phi", self.phi))
+        object.__setattr__(self, "theta", validators.numbers("light.theta", self.theta))
+        object.__setattr__(self, "phi", validators.numbers("light.phi", self.phi))
         for theta in self.theta:
-            checks.require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
+            validators.require(0 <= theta < 90, "light.theta", theta, "0 ≤ θ < 90 degrees")
         for phi in self.phi:
-            checks.require(-360 <= phi <= 360, "light.phi", phi, "−360 … 360 degrees")
+            validators.require(-360 <= phi <= 360, "light.phi", phi, "−360 … 360 degrees")
         for name, values in (("light.theta", self.theta), ("light.phi", self.phi)):
-            checks.require(
+            validators.require(
                 len(set(values)) == len(values), name, list(values), "without repetition"
             )
 
@@ -206,12 +208,14 @@ class Accuracy:
     lobe_error: float | None = None
 
     def __post_init__(self) -> None:
-        checks.whole("accuracy.paths", self.paths, 1, MOST_PATHS)
+        validators.whole("accuracy.paths", self.paths, 1, MOST_PATHS)
         for name in ("standard_error", "lobe_error"):
             asked = getattr(self, name)
             if asked is not None:
-                number = checks.number(f"accuracy.{name}", asked)
-                checks.require(LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1")
+                number = validators.number(f"accuracy.{name}", asked)
+                validators.require(
+                    LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1"
+                )
                 object.__setattr__(self, name, number)
         if self.lobe_error is not None and self.standard_error is None:
             raise InputError(
@@ -231,7 +235,7 @@ class Effects:
     multiple_scattering: bool = True
 
     def __post_init__(self) -> None:
-        checks.require(
+        validators.require(
             isinstance(self.multiple_scattering, bool),
             "effects.multiple_scattering",
             self.multiple_scattering,
@@ -255,7 +259,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         for name in ("title", "rationale"):
-            checks.require(
+            validators.require(
                 isinstance(getattr(self, name), str), name, getattr(self, name), "a text"
             )
         for quantity, expected in self.expect.items():

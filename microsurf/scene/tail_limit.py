@@ -1,6 +1,6 @@
 """The border beyond which a mesh can't hold the tail of the slopes."""
 
-from ..physics import student_t as std
+from ..physics import student_t
 from .scene import Scene
 
 LEAST_GAMMA = 1.65
@@ -12,8 +12,8 @@ def share_left_out(gamma: float, sigma: float, cells: int) -> float:
 
     The steepest of its 2 cells² facets stands for the quantile 1 − 1/(4 cells²).
     """
-    steepest = float(std.slope_quantile(1 - 0.25 / cells**2, gamma, sigma))
-    return std.area_beyond(steepest, gamma, sigma)
+    steepest = float(student_t.slope_quantile(1 - 0.25 / cells**2, gamma, sigma))
+    return student_t.area_beyond(steepest, gamma, sigma)
 
 
 def tail_left_out(asked: Scene) -> str | None:

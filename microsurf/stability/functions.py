@@ -1,8 +1,6 @@
 """The laws of `physics` that the map asks, each beside its reference."""
 
-from ..physics import facet, fresnel, smith, vcavity
-from ..physics import student_t as std
-from ..physics import visible_normals as visible
+from ..physics import facet, fresnel, smith, student_t, vcavity, visible_normals
 from . import reference
 from .case import Law
 from .domain import unit
@@ -24,39 +22,39 @@ def _of_slopes() -> tuple[Law, ...]:
         Law(
             "D", "slopes", ("theta", "gamma", "sigma"), ("gamma", "sigma", "mx", "mz"),
             lambda theta, gamma, sigma: (gamma, sigma, *_direction(theta)),
-            lambda gamma, sigma, mx, mz: std.distribution([mx, 0, mz], gamma, sigma),
+            lambda gamma, sigma, mx, mz: student_t.distribution([mx, 0, mz], gamma, sigma),
             lambda gamma, sigma, mx, mz: reference.distribution(gamma, sigma, sigma, mx, 0, mz),
         ),
         Law(
             "density of slopes", "slopes", ("rho", "gamma", "sigma"),
             ("gamma", "sigma", "p"),
             lambda rho, gamma, sigma: (gamma, sigma, rho * sigma),
-            lambda gamma, sigma, p: std.slope_density(p, 0, gamma, sigma),
+            lambda gamma, sigma, p: student_t.slope_density(p, 0, gamma, sigma),
             lambda gamma, sigma, p: reference.slope_density(gamma, sigma, sigma, p, 0),
         ),
         Law(
             "CDF of |slope|", "slopes", ("rho", "gamma"), ("gamma", "sigma", "r"),
             lambda rho, gamma: (gamma, 0.5, rho / 2),
-            lambda gamma, sigma, r: std.slope_cdf(r, gamma, sigma),
+            lambda gamma, sigma, r: student_t.slope_cdf(r, gamma, sigma),
             reference.slope_cdf,
         ),
         Law(
             "quantile of |slope|", "slopes", ("u", "gamma"), ("gamma", "sigma", "u"),
             lambda u, gamma: (gamma, 0.5, u),
-            lambda gamma, sigma, u: std.slope_quantile(u, gamma, sigma),
+            lambda gamma, sigma, u: student_t.slope_quantile(u, gamma, sigma),
             reference.slope_quantile,
         ),
         Law(
             "share of area beyond a slope", "slopes", ("rho", "gamma", "wide"),
             ("gamma", "sigma", "slope"),
             lambda rho, gamma, sigma: (gamma, sigma, rho * sigma),
-            lambda gamma, sigma, slope: std.area_beyond(slope, gamma, sigma),
+            lambda gamma, sigma, slope: student_t.area_beyond(slope, gamma, sigma),
             reference.area_beyond,
         ),
         Law(
             "mean area", "slopes", ("wide", "gamma"), ("gamma", "sigma"),
             lambda sigma, gamma: (gamma, sigma),
-            std.mean_area,
+            student_t.mean_area,
             reference.mean_area,
         ),
     )  # fmt: skip
@@ -115,18 +113,18 @@ def _of_masking() -> tuple[Law, ...]:
         ),
         Law(
             "projected area, from above", "masking", axes, inputs, place,
-            lambda gamma, sigma, wx, wz: visible.projected_area([wx, 0, wz], gamma, sigma),
+            lambda gamma, sigma, wx, wz: visible_normals.projected_area([wx, 0, wz], gamma, sigma),
             lambda gamma, sigma, wx, wz: reference.projected_area(gamma, sigma, sigma, wx, 0, wz),
         ),
         Law(
             "projected area, from below", "masking", ("below", "gamma", "sigma"), inputs, place,
-            lambda gamma, sigma, wx, wz: visible.projected_area([wx, 0, wz], gamma, sigma),
+            lambda gamma, sigma, wx, wz: visible_normals.projected_area([wx, 0, wz], gamma, sigma),
             lambda gamma, sigma, wx, wz: reference.projected_area(gamma, sigma, sigma, wx, 0, wz),
         ),
         Law(
             "density of visible normals", "masking", axes,
             ("gamma", "sigma_x", "sigma_y", "wx", "wy", "wz", "mx", "my", "mz"), tilted,
-            lambda gamma, sx, sy, wx, wy, wz, mx, my, mz: visible.density(
+            lambda gamma, sx, sy, wx, wy, wz, mx, my, mz: visible_normals.density(
                 [wx, wy, wz], [mx, my, mz], gamma, sx, sy
             ),
             reference.visible_density,

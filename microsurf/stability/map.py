@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import tqdm
 
-from . import domain as box
+from . import domain
 from .case import ENOUGH, Law, Point, points
 from .functions import LAWS
 from .limits import Border, check
@@ -59,7 +59,7 @@ class Stability:
 def survey(*, quick: bool, progress: bool = False) -> Stability:
     """Make the map: coarse in less than a minute on one core, or fine in several."""
     begin = time.perf_counter()
-    grid = box.QUICK if quick else box.FULL
+    grid = domain.QUICK if quick else domain.FULL
     found: list[Point] = []
     summaries = []
     for law in tqdm((*LAWS, *SAMPLERS), desc="laws", disable=None if progress else True):

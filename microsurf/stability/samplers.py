@@ -12,9 +12,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics import facet
-from ..physics import student_t as std
-from ..physics import visible_normals as visible
+from ..physics import facet, student_t, visible_normals
 from . import reference
 from .case import Law
 from .domain import unit
@@ -68,7 +66,7 @@ def _generator(given: Given) -> np.random.Generator:
 
 
 def _slope(gamma: float, sigma: float, u: float, v: float) -> float:
-    p, _ = std.sample_slopes(_generator(Given((u, v))), 1, gamma, sigma)
+    p, _ = student_t.sample_slopes(_generator(Given((u, v))), 1, gamma, sigma)
     return float(p[0])
 
 
@@ -76,7 +74,7 @@ def _cosine(uniform: float, gamma: float, sigma: float, given: tuple[float, ...]
     """m_z of the visible normal that a ray along (wx, 0, wz) gets of s and t."""
     wx, wz, s, t = given
     numbers = _generator(Given((uniform,), s, t))
-    return float(visible.sample([wx, 0.0, wz], gamma, sigma, None, numbers)[2])
+    return float(visible_normals.sample([wx, 0.0, wz], gamma, sigma, None, numbers)[2])
 
 
 def _exact_cosine(gamma: Real, sigma: Real, p2: Real, t: Real) -> Real:
@@ -103,7 +101,7 @@ def _from_below(gamma: Real, sigma: Real, wx: Real, wz: Real, s: Real, t: Real) 
 def _visible_deviation(gamma: float, sigma: float, wx: float, wz: float) -> float:
     """Worst of ||m| − 1| and −w·m over draws, sideways and isotropic."""
     w = np.tile([wx, 0.0, wz], (DRAWS, 1))
-    m = visible.sample(w, gamma, sigma, None, np.random.default_rng(1))
+    m = visible_normals.sample(w, gamma, sigma, None, np.random.default_rng(1))
     return _worst(np.abs(np.linalg.norm(m, axis=1) - 1), -np.sum(w * m, axis=1))
 
 

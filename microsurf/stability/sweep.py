@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics import facet, fresnel, smith, vcavity
-from ..physics import student_t as std
-from ..physics import visible_normals as visible
+from ..physics import facet, fresnel, smith, student_t, vcavity, visible_normals
 
 Array = NDArray[np.float64]
 
@@ -60,12 +58,12 @@ def _of_slopes(
     w, o, m = (_directions(size, rng) for _ in range(3))
     u = np.where(rng.random(size) < 0.5, rng.random(size), 1 - 2.0 ** -rng.uniform(1, 53, size))
     slope = sigma * 10 ** rng.uniform(-12, 12, size)
-    yield "D", std.distribution(m, gamma, sigma, sigma_y)
-    yield "density of slopes", std.slope_density(slope, -slope, gamma, sigma, sigma_y)
-    yield "CDF of |slope|", std.slope_cdf(slope, gamma, sigma)
-    yield "quantile of |slope|", std.slope_quantile(u, gamma, sigma)
-    yield "share of area", np.array([std.area_beyond(float(slope[0]), gamma, sigma)])
-    yield "mean area", np.array([std.mean_area(gamma, sigma)])
+    yield "D", student_t.distribution(m, gamma, sigma, sigma_y)
+    yield "density of slopes", student_t.slope_density(slope, -slope, gamma, sigma, sigma_y)
+    yield "CDF of |slope|", student_t.slope_cdf(slope, gamma, sigma)
+    yield "quantile of |slope|", student_t.slope_quantile(u, gamma, sigma)
+    yield "share of area", np.array([student_t.area_beyond(float(slope[0]), gamma, sigma)])
+    yield "mean area", np.array([student_t.mean_area(gamma, sigma)])
     for name, rough in (("", (sigma, sigma_y)), (", σ = 0", (0.0, 0.0))):
         yield f"Λ{name}", smith.smith_lambda(w, gamma, *rough)
         yield f"G1, Smith{name}", smith.g1(w, gamma, *rough)
@@ -74,11 +72,11 @@ def _of_slopes(
     yield "G1, V-cavity", vcavity.g1(w, m)
     yield "G2, V-cavity", vcavity.g2(w, o, m)
     for name, seen in (("from above", w), ("from below", w * [1, 1, -1])):
-        yield f"projected area, {name}", visible.projected_area(seen, gamma, sigma, sigma_y)
-        normals = visible.sample(seen, gamma, sigma, sigma_y, rng)
+        yield f"projected area, {name}", visible_normals.projected_area(seen, gamma, sigma, sigma_y)
+        normals = visible_normals.sample(seen, gamma, sigma, sigma_y, rng)
         yield f"visible normals, {name}: m_z", normals[:, 2]
         yield f"visible normals, {name}: |m|", np.linalg.norm(normals, axis=1)
-    yield "density of visible normals", visible.density(w, m, gamma, sigma, sigma_y)
+    yield "density of visible normals", visible_normals.density(w, m, gamma, sigma, sigma_y)
 
 
 def _of_facets(size: int, rng: np.random.Generator) -> Iterator[tuple[str, Array]]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..arrays import real_array, require_real
 from ..errors import InputError
-from ..physics import student_t as std
+from ..physics import student_t
 from ..scene import BOUNDARIES, MAX_CELLS
 
 Array = NDArray[np.float64]
@@ -168,4 +168,4 @@ def facet_slopes(h: Heightfield) -> tuple[Array, Array]:
 
 def facet_normals(h: Heightfield) -> Array:
     """Return the unit normals of every facet, as `facet_slopes`; shape (2, rows, columns, 3)."""
-    return std.normals(*facet_slopes(h))
+    return student_t.normals(*facet_slopes(h))

@@ -1,7 +1,7 @@
 """Heightfields in files; the name's ending picks the format.
 
 ``.npz``: native, with spacing, boundary and recipe. ``.npy``: bare heights.
-``.ply``, ``.obj``, ``.stl``: triangles, see `mesh_files`.
+``.ply``, ``.obj``, ``.stl``: triangles, see `mesh_io`.
 
 Strangers' files are data: nothing is unpickled, and the shape and type that a
 header claims are checked against the limits and the file's size before anything
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..files import whole_file
-from . import mesh_io as mesh_files
+from . import mesh_io
 from .heightfield import Heightfield, check_layout, check_spacing
 
 Array = NDArray[np.float64]
 
-ENDINGS = (".npz", ".npy", *mesh_files.ENDINGS)
+ENDINGS = (".npz", ".npy", *mesh_io.ENDINGS)
 _MAX_TEXT_BYTES = 1_000_000
 _MAX_HEADER_BYTES = 10_000  # as numpy has it
 _SAME_SPACING = 1e-6  # relative; single-precision meshes know their spacing no better
@@ -43,8 +43,8 @@ def write_surface(h: Heightfield, path: Path) -> None:
     path = Path(path)
     ending = _ending(path)
     with whole_file(path) as temporary:
-        if ending in mesh_files.ENDINGS:
-            mesh_files.write(h, temporary)
+        if ending in mesh_io.ENDINGS:
+            mesh_io.write(h, temporary)
             return
         # A stream, because numpy adds its own ending to names such as S.NPY.
         with temporary.open("wb") as stream:
@@ -102,7 +102,7 @@ def read_surface(
             if boundary not in (None, h.boundary):
                 h = Heightfield(h.heights, h.spacing, str(boundary))
         else:
-            h = mesh_files.read(path, boundary)
+            h = mesh_io.read(path, boundary)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     if spacing is not None and abs(spacing - h.spacing) > _SAME_SPACING * h.spacing:

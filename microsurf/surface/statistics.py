@@ -9,7 +9,7 @@ from scipy.stats import rankdata
 
 from .. import memory
 from ..errors import InputError
-from ..physics import student_t as std
+from ..physics import student_t
 from .heightfield import Heightfield, facet_slopes, mesh
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def surface_statistics(
     h : Heightfield
         The surface.
     gamma, sigma_x, sigma_y : float
-        STD as in `physics.std` with γ > 3/2, or σ = 0 for a flat one.
+        STD as in `physics.student_t` with γ > 3/2, or σ = 0 for a flat one.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def surface_statistics(
 
 def ks_distance(rho: Array, gamma: float) -> float:
     """Kolmogorov–Smirnov distance of *sorted* ρ to STD's distribution (σ = 1)."""
-    gap = std.slope_cdf(rho, gamma)
+    gap = student_t.slope_cdf(rho, gamma)
     gap -= (np.arange(rho.size) + 0.5) / rho.size
     np.abs(gap, out=gap)
     # Half a step to either side of each step of the empirical distribution.
@@ -107,7 +107,7 @@ def _against_std(
     rho = np.sqrt(np.sort(rho2, axis=None))
     position = np.asarray(QUANTILES) * rho.size - 0.5  # rank k lies at (k+½)/N
     realised = np.interp(position, np.arange(rho.size), rho)
-    error = realised / std.slope_quantile(QUANTILES, gamma) - 1
+    error = realised / student_t.slope_quantile(QUANTILES, gamma) - 1
     # A facet without slope has no azimuth.
     inverse = np.divide(1.0, rho2, out=np.zeros_like(rho2), where=rho2 > 0)
     root = np.sqrt(inverse)
@@ -134,13 +134,15 @@ def _against_flat(slope2: Array) -> dict[str, Any]:
 
 def mean_area(gamma: float, sigma_x: float, sigma_y: float) -> float:
     """STD's microsurface area per projected area, ∫ √(1+p²+q²) dF, for γ > 3/2."""
-    return float(np.mean([std.mean_area(gamma, sigma) for sigma in _azimuths(sigma_x, sigma_y)]))
+    return float(
+        np.mean([student_t.mean_area(gamma, sigma) for sigma in _azimuths(sigma_x, sigma_y)])
+    )
 
 
 def _area_beyond(rho: float, gamma: float, sigma_x: float, sigma_y: float) -> float:
     sigmas = _azimuths(sigma_x, sigma_y)
-    areas = np.array([std.mean_area(gamma, sigma) for sigma in sigmas])
-    shares = np.array([std.area_beyond(rho * sigma, gamma, sigma) for sigma in sigmas])
+    areas = np.array([student_t.mean_area(gamma, sigma) for sigma in sigmas])
+    shares = np.array([student_t.area_beyond(rho * sigma, gamma, sigma) for sigma in sigmas])
     return float(np.sum(areas * shares) / np.sum(areas))
 
 

@@ -23,7 +23,7 @@ from scipy import fft
 
 from .. import __version__, memory
 from ..errors import InputError
-from ..physics import student_t as std
+from ..physics import student_t
 from ..scene import MAX_CELLS, STRUCTURES
 from .gaussian_field import gaussian_field
 from .heightfield import Heightfield, check_spacing
@@ -203,7 +203,7 @@ def _alternate(
     """Return the heights of smallest KS distance and the number of iterations they took."""
     rows, columns = heights.shape
     count = 2 * heights.size
-    target = std.slope_quantile((np.arange(count) + 0.5) / count, gamma)
+    target = student_t.slope_quantile((np.arange(count) + 0.5) / count, gamma)
     step_x = (np.exp(2j * np.pi * fft.rfftfreq(columns)) - 1) / ratio_x
     step_y = (np.exp(2j * np.pi * fft.fftfreq(rows))[:, None] - 1) / ratio_y
     laplacian = np.abs(step_x) ** 2 + np.abs(step_y) ** 2

@@ -15,7 +15,7 @@ from .. import memory
 from ..errors import MicrosurfError
 from ..scene import Scene
 from ..surface import Heightfield, surface_of
-from . import work_items as pieces
+from . import work_items
 from .checkpoint import Keep
 from .scheduler import ROUND, Ledger
 from .wavefront import Tally
@@ -66,7 +66,7 @@ def measure(
     Returns
     -------
     xarray.Dataset
-        See `microsurf.results.dataset`; besides ``flux`` it holds, by realisation and angle, the
+        See `microsurf.results.datasets`; besides ``flux`` it holds, by realisation and angle, the
         numbers of ``light_rays``, of ``paths`` they were split into, and of ``rays`` and
         ``grazes``; the light that ``arrived`` and that ``ended`` otherwise (absorbed, left
         out or lost, by cause) in units of a path's share of its light ray; the number of
@@ -104,7 +104,7 @@ def measure(
     crew = executor or ThreadPoolExecutor(workers)
     spans: list[tuple[float, float]] = []
     try:
-        pieces.compiled()
+        work_items.compiled()
         with bar:
             for done in _work(crew, ledger, kept, 2 * workers):
                 now = time.perf_counter()
@@ -121,7 +121,7 @@ def measure(
             kept.close()
         if executor is None:
             crew.shutdown(wait=False, cancel_futures=True)
-        pieces.forget()
+        work_items.forget()
     measured = ledger.labelled()
     seconds, inside = np.sum([tally.seconds for tally in ledger.tallies()], axis=0)
     # What an earlier run had done took its part of the workers' time.
@@ -168,7 +168,7 @@ def _work(
                 found = None if kept is None else kept.load(piece)
                 if found is None:
                     with _workers_errors():
-                        under_way[executor.submit(pieces.run, piece)] = piece
+                        under_way[executor.submit(work_items.run, piece)] = piece
                 else:
                     count, tally = found
                     ledger.take(piece, tally, count)

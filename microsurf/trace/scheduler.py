@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from .. import memory
-from ..results import uncertainty as precision
+from ..results import uncertainty
 from ..scene import Scene
 from .tally_dataset import labelled
 from .wavefront import Tally
@@ -138,7 +138,7 @@ class Ledger:
         if done < self._look:
             return False
         self._look = _next_look(done)
-        surplus = precision.surplus(self.labelled(), self.scene)
+        surplus = uncertainty.surplus(self.labelled(), self.scene)
         self._expected = min(done * surplus**2, self._most)
         return surplus <= 1
 
@@ -178,7 +178,7 @@ class Ledger:
             lane.look = _whole_rounds(_next_look(lane.look))
             seen = self._labelled([[lane.tally]], ([0.0], [0.0]))
             # The mean over realisations is that much better than each of them.
-            surplus = precision.surplus(seen, self.scene) / np.sqrt(self._least())
+            surplus = uncertainty.surplus(seen, self.scene) / np.sqrt(self._least())
             lane.expected = lane.added * surplus**2
             lane.closed = surplus <= 1
 

@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import __version__
-from ..results import dataset as result
+from ..results import datasets, detector
 from ..scene import Scene
 from ..scene.toml import to_toml
 from .kernels.state import BATCHES, ENDS, LOST
@@ -33,9 +33,9 @@ def labelled(
     thetas, phis = angles
     shape = (len(tallies), len(thetas), len(phis))
     events = max(tally.energy.shape[1] for row in tallies for tally in row)
-    orders, bins = len(result.ORDERS), (result.RINGS, result.SECTORS)
+    orders, bins = len(detector.ORDERS), (detector.RINGS, detector.SECTORS)
     flux = np.zeros((*shape, orders, events, *bins))
-    variance = np.zeros((*shape, len(result.KINDS), *bins))
+    variance = np.zeros((*shape, len(detector.KINDS), *bins))
     batches, batch_light = np.zeros((*shape, BATCHES, orders, events)), np.zeros((*shape, BATCHES))
     counts = np.zeros((*shape, 5))
     arrived, ended, lost = np.zeros(shape), *(np.zeros((*shape, len(ENDS))) for _ in range(2))
@@ -55,7 +55,7 @@ def labelled(
             counts[place] = tally.counts
     if fold:
         flux, variance = (flux + _mirrored(flux)) / 2, _folded(variance)
-    measured = result.build(
+    measured = datasets.build(
         flux * weight[:, None, None],
         thetas,
         phis,
@@ -87,7 +87,7 @@ def labelled(
     )
     measured["batch_light"] = ((*dims, "batch"), batch_light, {"units": "light rays"})
     return measured.assign_coords(
-        cause=list(ENDS), lost=("cause", [c in LOST for c in ENDS]), kind=list(result.KINDS)
+        cause=list(ENDS), lost=("cause", [c in LOST for c in ENDS]), kind=list(detector.KINDS)
     )
 
 
@@ -99,6 +99,6 @@ def _mirrored(lobes: Array) -> Array:
 def _folded(variance: Array) -> Array:
     """Variance of the mean of φ and −φ; 0 and 180° are their own mirror images."""
     folded = (variance + _mirrored(variance)) / 4
-    own = [0, result.SECTORS // 2]
+    own = [0, detector.SECTORS // 2]
     folded[..., own] = variance[..., own]
     return folded

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.fresnel import transmittance_bound
-from ..results import dataset as result
+from ..results import detector
 from .beam import direction, starts
 from .embree import Hits, Rays
 from .grid import Grid
 from .kernels.empty_space import OFFSET, launch
 from .kernels.fans import FAN, LIKE, all_rings
 from .kernels.scatter import take_events
-from .kernels.state import BATCHES, empty_detector, empty_wave
+from .kernels.state import BATCHES, empty_tallies, empty_wave
 
 WAVE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
 
@@ -55,7 +55,7 @@ class Facet(NamedTuple):
 
     def path_weight(self, events: int) -> NDArray[np.float64]:
         """How many paths one path stands for, in the first ``events`` bins of body events."""
-        beyond = np.maximum(result.BODY_EVENTS[:events] - result.BODY_EXACT, 0)
+        beyond = np.maximum(detector.BODY_EVENTS[:events] - detector.BODY_EXACT, 0)
         return np.asarray(self.survival**-beyond)
 
 
@@ -172,10 +172,10 @@ def trace(
     light = -(-paths // facet.branches)
     points = starts(light, grid, rng, part, parts)
     dx, dy, dz = -direction(theta, phi)
-    ring_cosines = np.cos(np.radians(result.RING_EDGES[1:]))
+    ring_cosines = np.cos(np.radians(detector.RING_EDGES[1:]))
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
-    detector, rings = empty_detector(), all_rings(facet.n if facet.interface else 1.0)
-    found = np.ones((LIKE, result.RINGS + 1), np.int64)
+    tallies, rings = empty_tallies(), all_rings(facet.n if facet.interface else 1.0)
+    found = np.ones((LIKE, detector.RINGS + 1), np.int64)
     light_of_rings, fan = np.zeros(len(rings.edges) - 1), np.zeros(FAN)
     # Every light ray needs room for all it is split into.
     wave, then = (empty_wave(max(WAVE, facet.branches)) for _ in range(2))
@@ -196,20 +196,20 @@ def trace(
         traced += active
         active, unmet, grazed, leaked = take_events(
             active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, facet.branches, bound, azimuth, ring_cosines, result.BODY_EDGES,
-            rings, found, light_of_rings, fan, detector, rng,
+            facet, facet.branches, bound, azimuth, ring_cosines, detector.BODY_EDGES,
+            rings, found, light_of_rings, fan, tallies, rng,
         )  # fmt: skip
         wave, then = then, wave
         grazes, leaks = grazes + grazed, leaks + leaked
-    seen = np.flatnonzero(detector.batches.any(axis=(0, 1)))
+    seen = np.flatnonzero(tallies.batches.any(axis=(0, 1)))
     events = int(seen[-1]) + 1 if len(seen) else 1
     return Tally(
-        detector.energy[:events].transpose(1, 0, 3, 2).copy(),
-        detector.squares.swapaxes(1, 2).copy(),
-        detector.batches[:, :, :events].copy(),
+        tallies.energy[:events].transpose(1, 0, 3, 2).copy(),
+        tallies.squares.swapaxes(1, 2).copy(),
+        tallies.batches[:, :, :events].copy(),
         np.bincount(np.arange(light) % BATCHES, minlength=BATCHES).astype(float),
-        detector.ended,
-        detector.lost,
+        tallies.ended,
+        tallies.lost,
         np.array([light, light * facet.branches, traced, grazes, leaks]),
         np.array([time.perf_counter() - begin, inside]),
     )

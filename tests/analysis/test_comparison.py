@@ -7,7 +7,7 @@ from scipy import stats
 
 from microsurf.analysis.comparison import compare, decide
 from microsurf.errors import InputError
-from microsurf.results import dataset as result
+from microsurf.results import datasets, detector
 from microsurf.scene import Light, Material, Scene
 from microsurf.scene.expectation import Expectation
 
@@ -47,14 +47,14 @@ def experiments(effect, realisations, between, rng, predicted=0.4, paths=100_000
     theta = tuple(np.linspace(0, 89, EXPERIMENTS))
     truth = predicted * (1 + effect + between * rng.standard_normal((realisations, EXPERIMENTS)))
     seen = rng.binomial(paths, truth) / paths
-    flux = np.zeros((realisations, EXPERIMENTS, 1, 1, 2, result.RINGS, result.SECTORS))
+    flux = np.zeros((realisations, EXPERIMENTS, 1, 1, 2, detector.RINGS, detector.SECTORS))
     flux[:, :, 0, 0, 1, 3, 4] = seen
-    measured = result.build(flux, theta, (0.0,), orders=(1,))
+    measured = datasets.build(flux, theta, (0.0,), orders=(1,))
     dims = ("realisation", "theta_i", "phi_i")
     measured["paths"] = (dims, np.full((realisations, EXPERIMENTS, 1), float(paths)))
     flux = np.zeros((1, *flux.shape[1:]))
     flux[0, :, 0, 0, 1, 0, 0] = predicted
-    theory = result.build(flux, theta, (0.0,), orders=(1,))
+    theory = datasets.build(flux, theta, (0.0,), orders=(1,))
     scene = Scene(
         material=Material(1.0, (1.0,)),
         light=Light(theta),
@@ -123,9 +123,9 @@ def small(n=1.5, kd=(0.8,), theta=(0.0, 60.0), measured=(0.1, 0.2), predicted=(0
     """Two bins of light, specular and body, the same for every angle."""
     rows = []
     for specular, body in (measured, predicted):
-        flux = np.zeros((3, len(theta), 1, 1, 2, result.RINGS, result.SECTORS))
+        flux = np.zeros((3, len(theta), 1, 1, 2, detector.RINGS, detector.SECTORS))
         flux[..., 0, 5, 5], flux[..., 1, 5, 5] = specular, body
-        rows.append(result.build(flux, theta, (0.0,), orders=(1,)))
+        rows.append(datasets.build(flux, theta, (0.0,), orders=(1,)))
     dims = ("realisation", "theta_i", "phi_i")
     rows[0]["paths"] = (dims, np.full((3, len(theta), 1), 1e4))
     return compare(rows[0], rows[1].isel(realisation=[0]), Scene(
@@ -156,12 +156,12 @@ def test_effect_and_interval_by_hand():
 
 def test_a_sampled_prediction_adds_its_own_error_to_the_total():
     """No spread over surfaces: what is left is the binomial error of 1e4 white walks."""
-    datasets = []
+    labelled = []
     for specular, orders in ((0.3, (1,)), (0.2, (1,)), (0.25, (1,))):
-        flux = np.zeros((2, 1, 1, 1, 2, result.RINGS, result.SECTORS))
+        flux = np.zeros((2, 1, 1, 1, 2, detector.RINGS, detector.SECTORS))
         flux[..., 0, 5, 5] = specular
-        datasets.append(result.build(flux, (0.0,), (0.0,), orders=orders))
-    measured, single, walked = datasets
+        labelled.append(datasets.build(flux, (0.0,), (0.0,), orders=orders))
+    measured, single, walked = labelled
     single, walked = single.isel(realisation=[0]), walked.isel(realisation=[0])
     dims = ("realisation", "theta_i", "phi_i")
     measured["paths"] = (dims, np.full((2, 1, 1), 1e4))

@@ -6,7 +6,7 @@ from scipy import stats
 from test_comparison import experiments
 
 from microsurf.analysis.multiplicity import family
-from microsurf.stats import hypothesis_tests as significance
+from microsurf.stats import hypothesis_tests
 
 
 def test_simultaneous_intervals_all_hold_their_truth(judge):
@@ -32,7 +32,7 @@ def test_figures_of_a_family(judge):
         (high - low) / (row.high - row.low)
         for row, (low, high) in zip(rows, found.simultaneous, strict=True)
     ]
-    level = significance.sidak_level(0.05, 400)
+    level = hypothesis_tests.sidak_level(0.05, 400)
     expected = stats.t.ppf(1 - level / 2, 3) / stats.t.ppf(0.975, 3)
     np.testing.assert_allclose(wider, expected, rtol=1e-9)
 

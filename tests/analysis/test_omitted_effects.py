@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from microsurf import measure
-from microsurf.analysis import omitted_effects as left_out
-from microsurf.results import albedo as summary
+from microsurf.analysis import omitted_effects
+from microsurf.results import albedos
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surfaces_of
 
@@ -29,19 +29,19 @@ def test_the_cost_is_what_the_later_orders_hold(judge):
     """
     surfaces = list(surfaces_of(SCENE, 3))
     alone = measure(SCENE, surfaces, seed=judge.seed(3))
-    rows = left_out.cost(SCENE, alone, surfaces, seed=judge.seed(3))
+    rows = omitted_effects.cost(SCENE, alone, surfaces, seed=judge.seed(3))
     assert [(r["theta_i"], r["kd"]) for r in rows] == [(0, 0.0), (60, 0.0), (0, 0.9), (60, 0.9)]
     whole = measure(replace(SCENE, effects=Effects()), surfaces, seed=judge.seed(4))
     found = []
     for row in rows:
-        orders = summary.by_order(whole, 1.5, row["kd"]).sum("kind").sel(theta_i=row["theta_i"])
+        orders = albedos.by_order(whole, 1.5, row["kd"]).sum("kind").sel(theta_i=row["theta_i"])
         first = orders.sel(order=1) / orders.sum("order")
         share = first.values.ravel() - 1
         place = {"theta_i": row["theta_i"]}
         noise = [
             (
-                summary.ray_error(d, "total", 1.5, row["kd"])
-                / summary.quantity(d, "total", 1.5, row["kd"])
+                albedos.ray_error(d, "total", 1.5, row["kd"])
+                / albedos.quantity(d, "total", 1.5, row["kd"])
             ).sel(place)
             for d in (alone, whole, whole)
         ]
@@ -55,13 +55,13 @@ def test_the_cost_is_what_the_later_orders_hold(judge):
 
 
 def test_nothing_left_out_runs_nothing(monkeypatch):
-    monkeypatch.setattr(left_out, "measure", lambda *_, **__: pytest.fail("measured"))
+    monkeypatch.setattr(omitted_effects, "measure", lambda *_, **__: pytest.fail("measured"))
     for scene in (replace(SCENE, effects=Effects()), replace(SCENE, roughness=Roughness(2, (0,)))):
-        assert left_out.cost(scene, None, None) == []
+        assert omitted_effects.cost(scene, None, None) == []
 
 
 def test_one_surface_has_the_error_of_its_rays():
     one = replace(SCENE, surface=Surface(cells=48, realisations=1))
     surfaces = list(surfaces_of(one, 3))
-    rows = left_out.cost(one, measure(one, surfaces, seed=3), surfaces, seed=3)
+    rows = omitted_effects.cost(one, measure(one, surfaces, seed=3), surfaces, seed=3)
     assert all(r["low"] < r["error"] < r["high"] for r in rows)

@@ -12,11 +12,10 @@ from click.testing import CliRunner
 from scipy import stats
 
 from microsurf import measure
-from microsurf.analysis import planning as plan
+from microsurf.analysis import planning
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
-from microsurf.results import albedo as summary
-from microsurf.results import uncertainty as precision
+from microsurf.results import albedos, uncertainty
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.trace.scheduler import PIECE, ROUND
 
@@ -40,12 +39,12 @@ def test_what_a_mesh_leaves_is_what_convergence_measured(gamma):
             for row in csv.DictReader(lines)
             if (row["study"], row["quantity"]) == ("mesh", "total")
         ]
-    for length, bound in plan.MESH_LEAVES[gamma].items():
+    for length, bound in planning.MESH_LEAVES[gamma].items():
         ends = [abs(float(r[k])) for r in rows for k in ("low", "high")
                 if float(r["correlation"]) == length]  # fmt: skip
         assert len(ends) == 8
         assert bound == pytest.approx(max(ends), rel=0.02)
-    assert {float(r["tile"]) for r in rows} == {plan.TILE}
+    assert {float(r["tile"]) for r in rows} == {planning.TILE}
 
 
 @pytest.mark.parametrize(
@@ -55,9 +54,9 @@ def test_what_a_mesh_leaves_is_what_convergence_measured(gamma):
 )  # fmt: skip
 def test_the_coarsest_mesh_that_was_measured_to_do(gamma, error, cells):
     asked = Scene(roughness=Roughness(gamma), accuracy=Accuracy(standard_error=error))
-    chosen = plan.with_mesh(asked).surface
+    chosen = planning.with_mesh(asked).surface
     assert chosen.cells == cells
-    assert chosen.cells == plan.TILE * chosen.correlation
+    assert chosen.cells == planning.TILE * chosen.correlation
 
 
 def test_no_mesh_is_chosen_where_none_is_made_or_no_error_asked():
@@ -66,7 +65,7 @@ def test_no_mesh_is_chosen_where_none_is_made_or_no_error_asked():
         Scene(roughness=Roughness(2.0, (0.0,)), accuracy=Accuracy(standard_error=1e-3)),
         Scene(surface=Surface(file="h.npy"), accuracy=Accuracy(standard_error=1e-3)),
     ):
-        assert plan.with_mesh(scene) is scene
+        assert planning.with_mesh(scene) is scene
 
 
 def test_what_was_planned_leaves_the_expected_error(judge):
@@ -75,17 +74,17 @@ def test_what_was_planned_leaves_the_expected_error(judge):
     Both are variances of means of surfaces. Negative control: a plan that took the error of
     one surface for that of all.
     """
-    made = plan.plan(SMALL, seed=judge.seed(1))
+    made = planning.plan(SMALL, seed=judge.seed(1))
     run = measure(made.scene, seed=judge.seed(2))
     count = made.scene.surface.realisations
     assert run.sizes["realisation"] == count
-    error = float(summary.standard_error(run, "total", 1.5, 0.8).item())
-    law = stats.f(count - 1, plan.PILOT_SURFACES - 1)
+    error = float(albedos.standard_error(run, "total", 1.5, 0.8).item())
+    law = stats.f(count - 1, planning.PILOT_SURFACES - 1)
     ratio = (error / made.error) ** 2
     judge.keeps(min(2 * law.sf(ratio), 2 * law.cdf(ratio), 1.0))
     # A third of the error takes nine times the surfaces, but for the most that are planned.
     few, many = (
-        plan.plan(replace(SMALL, accuracy=Accuracy(standard_error=error, lobe_error=0.5)),
+        planning.plan(replace(SMALL, accuracy=Accuracy(standard_error=error, lobe_error=0.5)),
                   seed=judge.seed(1)).scene.surface.realisations
         for error in (6e-4, 2e-4)
     )  # fmt: skip
@@ -94,40 +93,40 @@ def test_what_was_planned_leaves_the_expected_error(judge):
 
 def test_rays_and_surfaces_cost_least():
     """Against all powers of two of paths and the surfaces they take."""
-    wanted = [plan._Wanted(lobe=False, between=1e-5, of_path=0.2, asked=4e-4)]
+    wanted = [planning._Wanted(lobe=False, between=1e-5, of_path=0.2, asked=4e-4)]
     cells = SMALL.surface.cells**2
-    count, paths = plan._cheapest(wanted, SMALL, cells, single=False)
+    count, paths = planning._cheapest(wanted, SMALL, cells, single=False)
 
     def cost(surfaces, paths):
-        return surfaces * (plan.SURFACE_COST * cells + paths)
+        return surfaces * (planning.SURFACE_COST * cells + paths)
 
     def least(paths):
         return next(
-            r for r in range(3, 10**4) if wanted[0].surfaces(paths) * plan._widened(r) ** 2 <= r
+            r for r in range(3, 10**4) if wanted[0].surfaces(paths) * planning._widened(r) ** 2 <= r
         )
 
     best = min(cost(least(2**k), 2**k) for k in range(10, 23))
-    assert wanted[0].left(count, paths) * plan._widened(count) <= wanted[0].asked
+    assert wanted[0].left(count, paths) * planning._widened(count) <= wanted[0].asked
     assert cost(count, paths) <= 1.5 * best  # paths are rounded up to a power of two
 
 
 def test_what_can_not_be_reached_is_said():
     hopeless = replace(SMALL, accuracy=Accuracy(standard_error=1e-6, lobe_error=1e-6))
-    made = plan.plan(hopeless, seed=1)
+    made = planning.plan(hopeless, seed=1)
     assert any("times the error asked for is left" in note for note in made.notes)
     assert any("not known" in note for note in made.notes)
 
 
 def test_flat_scenes_and_paths_asked_for():
     flat = Scene(roughness=Roughness(2.0, (0.0,)), accuracy=Accuracy(10_000))
-    made = plan.plan(flat)
+    made = planning.plan(flat)
     assert made.scene.accuracy.paths == 10_000
     assert made.mesh_error is None
     assert made.notes == ()
-    asked = plan.plan(replace(flat, accuracy=Accuracy(standard_error=1e-3, lobe_error=0.01)))
+    asked = planning.plan(replace(flat, accuracy=Accuracy(standard_error=1e-3, lobe_error=0.01)))
     assert asked.lobe_error <= 0.01
     dark = replace(flat, material=Material(1.0, (0.0,)))
-    assert np.isfinite(plan.plan(dark).error)
+    assert np.isfinite(planning.plan(dark).error)
 
 
 @pytest.mark.parametrize(
@@ -138,12 +137,12 @@ def test_flat_scenes_and_paths_asked_for():
 def test_more_paths_than_there_may_be_are_refused_by_the_error_asked_for(asked, named):
     hopeless = replace(SMALL, roughness=Roughness(2.0, (0.0,)), accuracy=asked)
     if named.startswith("standard"):  # one facet alone: what its rays leave is set by hand
-        wanted = [plan._Wanted(lobe=False, between=0.0, of_path=1e3, asked=1e-6)]
+        wanted = [planning._Wanted(lobe=False, between=0.0, of_path=1e3, asked=1e-6)]
         with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
-            plan._cheapest(wanted, hopeless, 0, single=True)
+            planning._cheapest(wanted, hopeless, 0, single=True)
         return
     with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
-        plan.plan(hopeless)
+        planning.plan(hopeless)
 
 
 def test_a_lobe_error_of_zero_is_refused_and_not_taken_for_none():
@@ -178,13 +177,13 @@ def test_a_mesh_that_the_scene_names_is_kept(tmp_path):
 def test_a_run_begins_with_the_surfaces_and_rays_of_its_plan():
     """With half of the planned surfaces, and lanes that end after the planned rays."""
     asked = replace(SMALL, accuracy=Accuracy(standard_error=2e-3, lobe_error=0.1))
-    made = plan.plan(asked, seed=1)
+    made = planning.plan(asked, seed=1)
     begun = made.begun(asked)
     assert begun.accuracy == asked.accuracy
     least, planned = begun.surface.realisations, made.scene.surface.realisations
     assert planned // 2 == least > SMALL.surface.realisations
     run = measure(begun, seed=3, surface_paths=made.scene.accuracy.paths)
-    assert precision.surplus(run, asked) <= 1
+    assert uncertainty.surplus(run, asked) <= 1
     assert least <= run.sizes["realisation"] <= 3 * planned
     # A whole round of a million paths is what a surface takes that nobody planned.
     assert float(run.paths.max()) < 0.25 * ROUND * PIECE

@@ -8,7 +8,7 @@ import pytest
 from judge import rate
 from scipy import stats
 
-from microsurf.analysis import regression as baseline
+from microsurf.analysis import regression
 from microsurf.errors import InputError
 
 
@@ -23,7 +23,7 @@ def row(quantity="body", theta=30.0, **over):
 def report(*rows, **scenes):
     named = {"one": list(rows), **scenes} if rows else scenes
     return {
-        "schema": baseline.SCHEMA,
+        "schema": regression.SCHEMA,
         "microsurf": "0",
         "scenes": [{"name": name, "comparisons": found} for name, found in named.items()],
     }
@@ -31,7 +31,7 @@ def report(*rows, **scenes):
 
 def test_the_same_report_has_not_moved():
     document = report(row(), row("specular", standard_error=0.0))
-    found = baseline.against(document, document, "old.json")
+    found = regression.against(document, document, "old.json")
     assert found["figures"] == 4
     assert [found[key] for key in ("moved", "verdicts", "appeared", "vanished")] == [[]] * 4
 
@@ -58,17 +58,17 @@ def test_false_alarms_come_at_the_stated_rate(judge):
                     )
                 )
             )
-        alarms += bool(baseline.against(*pair, "old.json")["moved"])
+        alarms += bool(regression.against(*pair, "old.json")["moved"])
         t = np.abs(means[0] - means[1]) / np.sqrt(squares[0] + squares[1])
-        alone += bool((2 * stats.t.sf(t, 14)).min() <= baseline.LEVEL)
-    judge.keeps(rate(alarms, 600, baseline.LEVEL))
-    judge.catches(rate(alone, 600, baseline.LEVEL))
+        alone += bool((2 * stats.t.sf(t, 14)).min() <= regression.LEVEL)
+    judge.keeps(rate(alarms, 600, regression.LEVEL))
+    judge.catches(rate(alone, 600, regression.LEVEL))
 
 
 def test_a_move_is_found_with_its_size():
     """Negative control of the above: 8 surfaces, 10 standard errors of the difference."""
     old, new = report(row(), row("specular")), report(row(measured=0.5142), row("specular"))
-    (moved,) = baseline.against(new, old, "old.json")["moved"]
+    (moved,) = regression.against(new, old, "old.json")["moved"]
     assert (moved["scene"], moved["quantity"], moved["figure"]) == ("one", "body", "measured")
     assert moved["difference"] == pytest.approx(0.0142)
     assert moved["z"] == pytest.approx(0.0142 / np.hypot(0.001, 0.001))
@@ -80,32 +80,32 @@ def test_a_move_is_found_with_its_size():
 def test_few_surfaces_take_more_to_move():
     for basis, count in (("2 surfaces", 0), ("50 surfaces", 1), ("rays on one surface", 1)):
         old, new = report(row(basis=basis)), report(row(basis=basis, measured=0.507))
-        assert len(baseline.against(new, old, "o")["moved"]) == count
+        assert len(regression.against(new, old, "o")["moved"]) == count
 
 
 @pytest.mark.parametrize(("change", "moves"), [(1e-12, False), (5e-5, False), (3e-4, True)])
 def test_a_prediction_without_error_moves_beyond_its_quadrature(change, moves):
     old, new = report(row()), report(row(predicted=0.49 * (1 + change)))
-    moved = baseline.against(new, old, "o")["moved"]
+    moved = regression.against(new, old, "o")["moved"]
     assert bool(moved) is moves
     assert all(m["figure"] == "predicted" and m["z"] is None for m in moved)
 
 
 def test_rounding_of_what_has_no_error_is_no_move():
     exact = row(measured=1.0, standard_error=1e-17)
-    found = baseline.against(report({**exact, "measured": 1 - 1e-15}), report(exact), "o")
+    found = regression.against(report({**exact, "measured": 1 - 1e-15}), report(exact), "o")
     assert found["moved"] == []
 
 
 def test_a_zero_may_move():
     old, new = report(row(predicted=0.0)), report(row(predicted=0.1))
-    assert len(baseline.against(new, old, "o")["moved"]) == 1
+    assert len(regression.against(new, old, "o")["moved"]) == 1
 
 
 def test_verdicts_that_changed_and_scenes_that_came_and_went_are_told():
     old = report(row(), row("total"), gone=[row()])
     new = report(row(verdict="departs"), row("specular"), fresh=[row()])
-    found = baseline.against(new, old, "o")
+    found = regression.against(new, old, "o")
     (changed,) = found["verdicts"]
     assert (changed["old"], changed["new"]) == ("holds", "departs")
     assert found["appeared"] == [
@@ -118,7 +118,7 @@ def test_a_report_reads_back(tmp_path):
     path = tmp_path / "old.json"
     document = report(row())
     path.write_text(json.dumps(document))
-    assert baseline.read_report(path) == document
+    assert regression.read_report(path) == document
 
 
 def damaged():
@@ -128,7 +128,7 @@ def damaged():
     yield json.dumps({**good, "schema": 1}), "schema = 1, this microsurf reads 2"
     yield json.dumps({**good, "schema": 99}), "schema = 99"
     yield json.dumps({**good, "schema": "two"}), "schema = 'two'"
-    yield json.dumps({"schema": baseline.SCHEMA}), "damaged"
+    yield json.dumps({"schema": regression.SCHEMA}), "damaged"
     yield json.dumps({**good, "scenes": 3}), "damaged"
     yield json.dumps({**good, "scenes": [3]}), "damaged"
     yield json.dumps({**good, "scenes": [{"name": "x"}]}), "damaged"
@@ -153,7 +153,7 @@ def test_damage_and_other_versions_are_one_line(tmp_path, text, words):
     path = tmp_path / "old.json"
     path.write_text(text)
     with pytest.raises(InputError) as caught:
-        baseline.read_report(path)
+        regression.read_report(path)
     assert words in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -163,4 +163,4 @@ def test_bytes_and_missing_files_are_one_line(tmp_path):
     (tmp_path / "b").write_bytes(b"\xff\xfe\x80")
     for name, words in (("b", "not JSON"), ("none", "no such file")):
         with pytest.raises(InputError, match=words):
-            baseline.read_report(tmp_path / name)
+            regression.read_report(tmp_path / name)

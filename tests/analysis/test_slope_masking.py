@@ -5,16 +5,16 @@ import pytest
 from scipy import integrate, stats
 
 from microsurf import predict
-from microsurf.analysis import slope_masking as masking
+from microsurf.analysis import slope_masking
 from microsurf.analysis.slope_masking import masking_by_slope
 from microsurf.physics import fresnel
-from microsurf.results import albedo as summary
+from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surfaces_of
 from microsurf.trace import measure
 
 
-def scene(sigma=(0.5, 0.4), theta=(0.0, 60.0), realisations=3, paths=masking.RAYS):
+def scene(sigma=(0.5, 0.4), theta=(0.0, 60.0), realisations=3, paths=slope_masking.RAYS):
     return Scene(
         roughness=Roughness(2.5, sigma),
         material=Material(1.5, (0.0,)),
@@ -33,8 +33,8 @@ def test_specular_adds_up_to_the_measured_albedo(judge):
     asked = scene()
     made = list(surfaces_of(asked, 1))
     measured = measure(asked, made, seed=judge.seed(2), workers=1)
-    albedo = summary.quantity(measured, "specular", 1.5, 0.0).mean("realisation").values.ravel()
-    error = summary.ray_error(measured, "specular", 1.5, 0.0).values.reshape(3, -1)
+    albedo = albedos.quantity(measured, "specular", 1.5, 0.0).mean("realisation").values.ravel()
+    error = albedos.ray_error(measured, "specular", 1.5, 0.0).values.reshape(3, -1)
     error = np.sqrt(2 * np.sum(error**2, axis=0)) / 3  # as many rays in both
 
     def compared(asked):
@@ -88,7 +88,7 @@ def test_smith_of_one_slope_is_its_integral(theta, rho):
     """Over the azimuth by quadrature, in angles; midpoints miss 1e−3 where facets turn away."""
     gamma, sigma = 2.0, 0.5
     asked = Scene(roughness=Roughness(gamma, (sigma,)), material=Material(1.5, (0.0,)))
-    found = masking._smith(asked, theta, np.array([rho]), np.ones(1))
+    found = slope_masking._smith(asked, theta, np.array([rho]), np.ones(1))
     t, tilt = np.radians(theta), np.arctan(sigma * rho)
 
     def ggx(z):  # Λ of γ = 2
@@ -110,17 +110,17 @@ def test_smith_of_one_slope_is_its_integral(theta, rho):
 
 
 def test_smith_adds_up_to_the_models_albedo():
-    """Integrated over normals in `model.single`, over slopes of the mesh here.
+    """Integrated over normals in `model.single_scattering.brdf`, over slopes of the mesh here.
 
     Slopes of this mesh are STD's to KS 1e−3 at most, and groups of them miss 1e−5.
     """
     asked = replace(scene((0.5,), (0.0, 60.0, 80.0), 1), surface=Surface(256, realisations=1))
     rows = masking_by_slope(asked, seed=1, workers=1)
-    theory = summary.quantity(predict(asked, "smith"), "specular", 1.5, 0.0).values.ravel()
+    theory = albedos.quantity(predict(asked, "smith"), "specular", 1.5, 0.0).values.ravel()
     ours = [sum(r["share"] * r["specular_smith"] for r in at(rows, t)) for t in asked.light.theta]
     assert ours == pytest.approx(theory, rel=1e-3)
     apart = predict(asked, "smith-separable")
-    separable = summary.quantity(apart, "specular", 1.5, 0.0).values.ravel()
+    separable = albedos.quantity(apart, "specular", 1.5, 0.0).values.ravel()
     assert ours[1] != pytest.approx(separable[1], rel=1e-3)
 
 
@@ -129,7 +129,7 @@ def test_ratio_and_its_error(judge):
     rng = np.random.default_rng(judge.seed(8))
     over = 1 + 0.1 * rng.standard_normal((400, 40))
     values = 0.5 * over + 0.02 * rng.standard_normal((400, 40))
-    found = np.array([masking._ratio(v, o) for v, o in zip(values, over, strict=True)])
+    found = np.array([slope_masking._ratio(v, o) for v, o in zip(values, over, strict=True)])
     ratio = (found[:, 0] - 0.5) / found[:, 1]
     judge.keeps(stats.kstest(ratio, stats.t(39).cdf).pvalue)
     judge.catches(stats.kstest(ratio / 2, stats.t(39).cdf).pvalue)

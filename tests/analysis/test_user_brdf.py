@@ -8,7 +8,7 @@ import pytest
 from microsurf.analysis import user_brdf
 from microsurf.analysis.comparison import Comparison, decide
 from microsurf.analysis.user_brdf import Lobes
-from microsurf.results import dataset as result
+from microsurf.results import datasets, detector
 from microsurf.scene import Light, Material, Scene
 
 
@@ -79,14 +79,14 @@ SCENE = Scene(material=Material(1.5, (0.5,)), light=Light((30.0,)))
 
 def lobe(shape):
     """A result whose order-1 body lobe is ``shape`` by ring, all else dark."""
-    flux = np.zeros((1, 1, 1, 1, 2, result.RINGS, result.SECTORS))
-    bins = np.repeat(np.asarray(shape, float)[:, None], result.SECTORS, axis=1)
+    flux = np.zeros((1, 1, 1, 1, 2, detector.RINGS, detector.SECTORS))
+    bins = np.repeat(np.asarray(shape, float)[:, None], detector.SECTORS, axis=1)
     flux[0, 0, 0, 0, 1] = bins / bins.sum()
-    return result.build(flux, [30.0], [0.0], orders=(1,))
+    return datasets.build(flux, [30.0], [0.0], orders=(1,))
 
 
 def test_lobes_of_the_same_albedo_are_told_apart_with_the_place():
-    rings = np.arange(result.RINGS)
+    rings = np.arange(detector.RINGS)
     measured = lobe(np.exp(-((rings - 20) ** 2) / 50))
     shifted = lobe(np.exp(-((rings - 26) ** 2) / 50))
     (same,) = user_brdf.lobes(Lobes(measured, measured, measured), SCENE, "body", 0.05)
@@ -100,5 +100,5 @@ def test_lobes_of_the_same_albedo_are_told_apart_with_the_place():
 
 
 def test_dark_lobes_are_left_out():
-    dark = lobe(np.ones(result.RINGS))
+    dark = lobe(np.ones(detector.RINGS))
     assert user_brdf.lobes(Lobes(dark, dark, dark), SCENE, "specular", 0.05) == []

@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.analysis import validate
-from microsurf.analysis import validate_user_brdf as trial
+from microsurf.analysis import validate, validate_user_brdf
 from microsurf.model import Candidate, examine
-from microsurf.report import phrases as wording
-from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
-from microsurf.scene import toml as scene_file
+from microsurf.report import phrases
+from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, toml
 
 ROOT = Path(__file__).parents[2]
-SCENE = scene_file.read(ROOT / "validation" / "examples" / "ggx.toml")
+SCENE = toml.read(ROOT / "validation" / "examples" / "ggx.toml")
 SMALL = replace(
     SCENE,
     surface=replace(SCENE.surface, realisations=3),
@@ -38,13 +36,13 @@ def example(monkeypatch):
 
 
 def lines(judged):
-    return wording.unexpected(
+    return phrases.unexpected(
         {"scenes": [validate.as_json(judged)], "invariants": [], "broken": []}
     )
 
 
 def judge(entry, own):
-    return trial.judge(entry, own, examine(own, entry.scene))
+    return validate_user_brdf.judge(entry, own, examine(own, entry.scene))
 
 
 def test_the_right_one_passes(entry, example):

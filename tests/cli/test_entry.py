@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from microsurf.cli import entry as cli
+from microsurf.cli import entry
 from microsurf.invariants import Invariant
 from microsurf.model import KINDS, NAMES
-from microsurf.results import dataset as result
+from microsurf.results import datasets
 from microsurf.scene import STRUCTURES
 from microsurf.surface import ENDINGS, read_surface
 
@@ -65,7 +65,7 @@ def run(monkeypatch, capsys, tmp_path):
         capsys.readouterr()
         code = 0
         try:
-            cli.main()
+            entry.main()
         except SystemExit as end:
             code = end.code or 0
         out, err = capsys.readouterr()
@@ -244,7 +244,7 @@ def test_results_are_written_and_plotted(run):
     written = run("measure", *TINY, "--theta", "60", "--out", "m.nc", "--json").json
     assert written["file"] == "m.nc"
     assert run("predict", *SURFACE[:4], "--theta", "60", "--out", "p.nc").code == 0
-    saved = result.load(Path("m.nc"))
+    saved = datasets.load(Path("m.nc"))
     assert saved.attrs["source"] == "measurement"
     assert saved.sizes["realisation"] == 2
     for ending, magic in ((".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")):
@@ -259,7 +259,7 @@ def test_seeds_of_any_size_are_kept(run):
     for seed in (2**31, 2**63, 10**30):
         options = (*TINY, "--theta", "60", "--seed", seed, "--out", "m.nc")
         assert run("measure", *options).code == 0
-        assert int(result.load(Path("m.nc")).attrs["seed"]) == seed
+        assert int(datasets.load(Path("m.nc")).attrs["seed"]) == seed
 
 
 def test_same_seed_same_figures_whatever_the_workers(run):

@@ -8,7 +8,7 @@ from importlib import import_module
 
 import pytest
 
-from microsurf.cli import entry as cli
+from microsurf.cli import entry
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def fault(monkeypatch, capsys):
         asked = "microsurf predict --gamma 2 --sigma 0.5 --json"
         monkeypatch.setattr(sys, "argv", asked.split())
         with pytest.raises(SystemExit) as end:
-            cli.main()
+            entry.main()
         return end.value.code, *capsys.readouterr()
 
     return run
@@ -38,7 +38,7 @@ def test_a_fault_is_3_and_one_line_that_says_where_to_tell(fault, error):
     assert err.count("\n") == 1
     assert type(error).__name__ in err
     assert "report it" in err
-    assert cli.TRACEBACK in err
+    assert entry.TRACEBACK in err
 
 
 def test_its_address_is_that_of_the_package(fault, monkeypatch):
@@ -46,14 +46,14 @@ def test_its_address_is_that_of_the_package(fault, monkeypatch):
         def get_all(self, _):
             return ["Home, https://a.example", "Issues, https://b.example/issues"]
 
-    monkeypatch.setattr(cli, "metadata", lambda _: Metadata())
+    monkeypatch.setattr(entry, "metadata", lambda _: Metadata())
     assert "report it at https://b.example/issues with" in fault(ValueError("x"))[2]
 
 
 @pytest.mark.parametrize("error", [ValueError("x"), OSError(errno.EIO, "I/O"), MemoryError()])
 def test_its_traceback_is_there_on_demand(fault, monkeypatch, error):
     assert "Traceback" not in fault(error)[2]
-    monkeypatch.setenv(cli.TRACEBACK, "1")
+    monkeypatch.setenv(entry.TRACEBACK, "1")
     code, _, err = fault(error)
     assert code == 3
     assert err.startswith("Traceback")

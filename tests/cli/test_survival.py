@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from children import start
 
-from microsurf.results import dataset as result
+from microsurf.results import datasets
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "64", "--theta", "0,20,40,60")
 
@@ -39,7 +39,7 @@ def wait_for_pieces(process, out, count):
 
 
 def assert_same(out, unbroken):
-    xr.testing.assert_equal(result.load(out), result.load(unbroken))
+    xr.testing.assert_equal(datasets.load(out), datasets.load(unbroken))
     assert not out.with_name(f"{out.name}.parts").exists()
 
 

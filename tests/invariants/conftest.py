@@ -4,12 +4,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from microsurf.trace import work_items as pieces
+from microsurf.trace import work_items
 
 
 @pytest.fixture(scope="session")
 def pool():
     """Threads for independent runs."""
-    pieces.compiled()
+    work_items.compiled()
     with ThreadPoolExecutor(2) as threads:
         yield threads

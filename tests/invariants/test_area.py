@@ -1,7 +1,6 @@
 import numpy as np
 
-from microsurf.invariants import area
-from microsurf.invariants import false_alarms as chance
+from microsurf.invariants import area, false_alarms
 from microsurf.invariants.replicates import heights_of, tile_of
 from microsurf.physics import smith
 from microsurf.surface import generate_surface
@@ -30,7 +29,7 @@ def tiles():
 
 
 def test_projected_area_holds(pool, judge):
-    judge.pays(chance.RATE / chance.TESTS)
+    judge.pays(false_alarms.RATE / false_alarms.TESTS)
     triangles, visible = area.projected_area(pool, seed=judge.seed(5))
     assert triangles.holds
     assert visible.holds

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.invariants import area, broken
-from microsurf.invariants import energy as books
+from microsurf.invariants import area, broken, energy
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
 from microsurf.surface import Heightfield, surfaces_of
 from microsurf.trace import measure
@@ -40,7 +39,7 @@ def names(lines):
 
 
 def test_a_scene_keeps_its_books(measured, walked, surfaces):
-    found = books.scene_invariants(measured, {"smith-walk": walked}, surfaces, SCENE.material)
+    found = energy.scene_invariants(measured, {"smith-walk": walked}, surfaces, SCENE.material)
     assert broken(found) == []
     assert [row.name for row in found] == [
         "energy",
@@ -50,7 +49,7 @@ def test_a_scene_keeps_its_books(measured, walked, surfaces):
         "no light of its own",
         "projected area, closed",
     ]
-    flat = books.scene_invariants(measured, {}, [], SCENE.material)
+    flat = energy.scene_invariants(measured, {}, [], SCENE.material)
     assert [row.name for row in flat] == [found[k].name for k in (0, 2, 3, 4)]
 
 
@@ -62,7 +61,7 @@ def test_thinned_paths_are_counted_right():
     pit = [Heightfield(heights)]
     measured = measure(scene, pit)
     assert measured.path_weight.max() > 1.2
-    assert broken(books.scene_invariants(measured, {}, pit, scene.material)) == []
+    assert broken(energy.scene_invariants(measured, {}, pit, scene.material)) == []
 
 
 def change(dataset, name, index, amount):
@@ -88,19 +87,19 @@ def change(dataset, name, index, amount):
 )
 def test_a_wrong_entry_is_found(measured, name, index, amount, expected):
     wrong = change(measured, name, index, amount)
-    assert names(broken(books.scene_invariants(wrong, {}, [], SCENE.material))) == expected
+    assert names(broken(energy.scene_invariants(wrong, {}, [], SCENE.material))) == expected
 
 
 def test_a_lost_walk_is_found(measured, walked):
     wrong = change(walked, "ended", (0, 1, 0, 0), -1)
-    found = books.scene_invariants(measured, {"smith-walk": wrong}, [], SCENE.material)
+    found = energy.scene_invariants(measured, {"smith-walk": wrong}, [], SCENE.material)
     assert names(broken(found)) == {"energy, smith-walk"}
 
 
 def test_a_model_that_shines_is_found(measured):
     bright = model.predict(SCENE)
     bright["flux"] = bright.flux * 2.5
-    found = books.scene_invariants(measured, {"smith": bright}, [], SCENE.material)
+    found = energy.scene_invariants(measured, {"smith": bright}, [], SCENE.material)
     assert names(broken(found)) == {"no light of its own"}
 
 

@@ -3,8 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microsurf.invariants import false_alarms as chance
-from microsurf.invariants import furnace
+from microsurf.invariants import false_alarms, furnace
 from microsurf.physics import facet, fresnel
 
 
@@ -67,7 +66,7 @@ def test_walks_are_white():
 
 
 def test_evaluated_walks_are_white(pool, judge):
-    judge.pays(chance.RATE / chance.TESTS)
+    judge.pays(false_alarms.RATE / false_alarms.TESTS)
     found = furnace.evaluated_walk(pool, judge.seed(1))
     assert found.holds
     assert abs(found.figures["mean of all − 1 in %"]) < 1
@@ -78,4 +77,4 @@ def test_a_capped_walk_is_found():
     values = furnace.furnace_values(
         1.5, (2.0, 1.0), 60.0, furnace.WALKS, np.random.default_rng(1), cap=4
     )
-    assert chance.against(values, 1.0) < -2 * chance.critical(36)
+    assert false_alarms.against(values, 1.0) < -2 * false_alarms.critical(36)

@@ -3,18 +3,18 @@ import pytest
 
 from microsurf.invariants import reciprocity
 from microsurf.invariants.replicates import tile_of
-from microsurf.results import dataset as result
+from microsurf.results import detector
 
 ONE_WAY = reciprocity.IL._replace(n=1.0, k=1.0)
 """Light enters the substrate by the T of a conductor and leaves it by Lambert's cosine."""
 
 
 def test_patches_are_bins_and_their_light_is_theirs():
-    seen = np.zeros((result.RINGS, result.SECTORS), int)
+    seen = np.zeros((detector.RINGS, detector.SECTORS), int)
     for patch in reciprocity.PATCHES:
         seen[patch.first : patch.last, patch.sectors] += 1
         points = np.concatenate([patch.directions(np.random.default_rng(k)) for k in range(64)])
-        low, high = result.RING_EDGES[[patch.first, patch.last]]
+        low, high = detector.RING_EDGES[[patch.first, patch.last]]
         assert ((points[:, 0] >= low) & (points[:, 0] <= high)).all()
         middle, half = patch.middle * 10, reciprocity.WIDTH * 5
         assert (np.abs(points[:, 1] - middle) <= half).all()
@@ -22,7 +22,7 @@ def test_patches_are_bins_and_their_light_is_theirs():
         sines = np.sin(np.radians([low, high])) ** 2
         mean = (np.sin(np.radians(points[:, 0])) ** 2).mean()
         assert mean == pytest.approx(sines.mean(), rel=1e-3)
-        area = np.pi * (sines[1] - sines[0]) * reciprocity.WIDTH / result.SECTORS
+        area = np.pi * (sines[1] - sines[0]) * reciprocity.WIDTH / detector.SECTORS
         assert patch.size == pytest.approx(area, rel=1e-12)
     assert seen.max() == 1
 

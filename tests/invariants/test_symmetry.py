@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from microsurf.invariants import false_alarms as chance
-from microsurf.invariants import symmetry
+from microsurf.invariants import false_alarms, symmetry
 from microsurf.invariants.reciprocity import skewed
 from microsurf.invariants.replicates import tile_of
 
@@ -23,17 +22,17 @@ def base(pool, new_seed):
 
 
 def test_a_quarter_turn_holds(pool, base, judge):
-    judge.pays(chance.RATE / chance.TESTS)
+    judge.pays(false_alarms.RATE / false_alarms.TESTS)
     turned = {name: rest for name, *rest in symmetry.moved(skewed(0))}["quarter turn"]
-    z = chance.between(symmetry.seen(pool, *turned, (judge.seed(0), 5, 2)), base)
-    assert np.abs(z).max() < chance.critical(18)
+    z = false_alarms.between(symmetry.seen(pool, *turned, (judge.seed(0), 5, 2)), base)
+    assert np.abs(z).max() < false_alarms.critical(18)
 
 
 @pytest.mark.parametrize("wrong", WRONG)
 def test_what_is_not_the_same_is_found(pool, base, wrong, judge):
     seeds = (judge.seed(0), 6, 0)
-    z = chance.between(symmetry.seen(pool, *WRONG[wrong](skewed(0)), seeds), base)
-    assert np.abs(z).max() > 1.5 * chance.critical(18)
+    z = false_alarms.between(symmetry.seen(pool, *WRONG[wrong](skewed(0)), seeds), base)
+    assert np.abs(z).max() > 1.5 * false_alarms.critical(18)
 
 
 def test_a_unit_of_length_changes_nothing(monkeypatch):

@@ -1,7 +1,7 @@
 """Walks among given slopes by rejection: slow, and nothing is weighed.
 
 Visible facets have the density ∝ (c − ρ cosφ)₊ among those of the list, see
-`model.realised`. The walk is that of Heitz et al., ACM TOG 35(4), 2016, as in `walk`.
+`model.mesh_slopes.slopes`. The walk is that of Heitz et al., ACM TOG 35(4), 2016, as in `walk`.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from microsurf.model.random_walk.parameters import facet_of
 from microsurf.model.random_walk.simulate import labelled
 from microsurf.model.random_walk.tally import Tally, tally
 from microsurf.physics import facet, fresnel
-from microsurf.results import dataset as result
+from microsurf.results import detector
 from microsurf.scene import Scene
 
 Array = NDArray[np.float64]
@@ -138,5 +138,5 @@ def _scatter(
     o /= np.linalg.norm(o, axis=-1, keepdims=True)
     if not needs.substrate:
         return o, was_body, was_body
-    thinned = was_body & (body >= result.BODY_EXACT)
+    thinned = was_body & (body >= detector.BODY_EXACT)
     return o, was_body, thinned & (rng.random(len(i)) >= survival)

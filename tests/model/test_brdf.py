@@ -8,12 +8,11 @@ from scipy import stats
 from microsurf import model
 from microsurf.errors import InputError
 from microsurf.model import KINDS, NAMES, Brdf
-from microsurf.model.single_scattering import importance as proposal
+from microsurf.model.single_scattering import importance
 from microsurf.physics import facet
-from microsurf.results import albedo as summary
-from microsurf.results import dataset as result
+from microsurf.results import albedos, datasets, detector
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
-from microsurf.stats import hypothesis_tests as significance
+from microsurf.stats import hypothesis_tests
 
 THETAS = (0.0, 45.0, 80.0, 89.0)
 GAMMAS = (1.6, 2.0, 8.0, 1e4)
@@ -79,13 +78,15 @@ def chi_square(brdf, stated, i, count, seed):
     thetas, phis = edges(i)
     mass = expected(stated, i, thetas, phis)
     rng = np.random.default_rng(seed)
-    drawn = proposal.sample(brdf._proposed, np.tile(i, (count, 1)), rng, several=brdf.stochastic).o
+    drawn = importance.sample(
+        brdf._proposed, np.tile(i, (count, 1)), rng, several=brdf.stochastic
+    ).o
     up = drawn[drawn[:, 2] > 0]
     azimuth = np.arctan2(up[:, 1], up[:, 0]) % (2 * np.pi)
     seen, *_ = np.histogram2d(np.arccos(np.minimum(up[:, 2], 1)), azimuth, (thetas, phis))
     seen = np.append(seen.ravel(), count - len(up))
     wanted = np.append(mass.ravel(), 1 - mass.sum()) * count
-    return significance.chi_square(seen, wanted, total_fixed=True)
+    return hypothesis_tests.chi_square(seen, wanted, total_fixed=True)
 
 
 @pytest.mark.parametrize("sigma", SIGMAS)
@@ -114,7 +115,7 @@ def test_the_density_loses_only_what_leaves_below_the_horizon(judge):
     brdf, i = Brdf(scene(kd=0.0)), direction(60, 0)
     mass = expected(brdf, i, *edges(i)).sum()
     rng = np.random.default_rng(judge.seed(3))
-    drawn = proposal.sample(brdf.scene, np.tile(i, (200_000, 1)), rng, several=False).o
+    drawn = importance.sample(brdf.scene, np.tile(i, (200_000, 1)), rng, several=False).o
     above = np.mean(drawn[:, 2] > 0)
     judge.near(above, mass, np.sqrt(mass * (1 - mass) / 200_000))
     assert mass < 0.99
@@ -132,8 +133,8 @@ def albedo(brdf, theta, phi=0.0, seed=9):
     else:
         found = model.predict(asked, brdf.model)
     material = asked.material
-    value = summary.quantity(found, "total", material.n, material.kd[0]).item()
-    return value, summary.ray_error(found, "total", material.n, material.kd[0]).item()
+    value = albedos.quantity(found, "total", material.n, material.kd[0]).item()
+    return value, albedos.ray_error(found, "total", material.n, material.kd[0]).item()
 
 
 CASES = {
@@ -172,12 +173,12 @@ def test_a_walks_weights_are_unbiased(name, roughness, judge):
         Scene(material=brdf.scene.material, roughness=brdf.scene.roughness, light=Light((50.0,))),
         name, walks=4_000_000, seed=judge.seed(6),
     )  # fmt: skip
-    energy = result.by_kind(found.flux, 1.5, 0.6).sum(("kind", "order")).values[0, 0, 0]
+    energy = datasets.by_kind(found.flux, 1.5, 0.6).sum(("kind", "order")).values[0, 0, 0]
     theta = np.degrees(np.arccos(np.minimum(drawn.o[:, 2], 1)))
     turn = np.degrees(np.arctan2(drawn.o[:, 1], drawn.o[:, 0]))
-    sector = np.floor(turn / 360 * result.SECTORS + 0.5).astype(int) % result.SECTORS
-    ring = np.clip(np.searchsorted(result.RING_EDGES, theta, "right") - 1, 0, result.RINGS - 1)
-    total, square = np.zeros((2, result.RINGS, result.SECTORS))
+    sector = np.floor(turn / 360 * detector.SECTORS + 0.5).astype(int) % detector.SECTORS
+    ring = np.clip(np.searchsorted(detector.RING_EDGES, theta, "right") - 1, 0, detector.RINGS - 1)
+    total, square = np.zeros((2, detector.RINGS, detector.SECTORS))
     np.add.at(total, (ring, sector), drawn.weight / count)
     np.add.at(square, (ring, sector), drawn.weight**2 / count**2)
     used = energy * count > 50

@@ -7,9 +7,9 @@ import pytest
 from brute import direction
 
 from microsurf import model
-from microsurf.model import presets as named
+from microsurf.model import presets
 from microsurf.physics import metals
-from microsurf.results import albedo as summary
+from microsurf.results import albedos
 from microsurf.scene import Light, Scene
 
 PAIRS = [
@@ -79,7 +79,7 @@ def test_walters_ggx(alpha):
     h = half(LIGHT, EYE)
     g = ggx_g1(LIGHT, alpha) * ggx_g1(EYE, alpha)
     expected = microfacet(LIGHT, EYE, walter_fresnel(dot(LIGHT, h), 1.5), ggx_d(h, alpha), g)
-    specular, body = named.walter_ggx(1.5, alpha).evaluate(LIGHT, EYE)
+    specular, body = presets.walter_ggx(1.5, alpha).evaluate(LIGHT, EYE)
     np.testing.assert_allclose(specular, expected, rtol=2e-12)
     assert (body == 0).all()
 
@@ -91,12 +91,12 @@ def test_walters_beckmann(alpha):
     g = beckmann_g1(LIGHT, alpha) * beckmann_g1(EYE, alpha)
     exponent = (1 / h[:, 2] ** 2 - 1) / alpha**2
     expected = microfacet(LIGHT, EYE, walter_fresnel(dot(LIGHT, h), 1.5), beckmann_d(h, alpha), g)
-    specular, _ = named.walter_beckmann(1.5, alpha).evaluate(LIGHT, EYE)
+    specular, _ = presets.walter_beckmann(1.5, alpha).evaluate(LIGHT, EYE)
     shown = expected > 1e-250
     off = np.abs(specular / np.where(shown, expected, 1) - 1)[shown]
     assert (off <= 1e-9 * (2 + exponent + exponent**2)[shown]).all()
     # The negative control: Beckmann and GGX are no neighbours.
-    ggx, _ = named.walter_ggx(1.5, alpha).evaluate(LIGHT, EYE)
+    ggx, _ = presets.walter_ggx(1.5, alpha).evaluate(LIGHT, EYE)
     assert (np.abs(ggx - expected) > 0.05 * expected).any()
 
 
@@ -109,7 +109,7 @@ def test_height_correlated_ggx():
 
     g = 1 / (1 + smith(LIGHT) + smith(EYE))
     expected = microfacet(LIGHT, EYE, walter_fresnel(dot(LIGHT, h), 1.5), ggx_d(h, alpha), g)
-    specular, _ = named.std(1.5, 0.0, 2.0, alpha).evaluate(LIGHT, EYE)
+    specular, _ = presets.std(1.5, 0.0, 2.0, alpha).evaluate(LIGHT, EYE)
     np.testing.assert_allclose(specular, expected, rtol=2e-12)
 
 
@@ -119,7 +119,7 @@ def test_cook_and_torrance(m):
     fresnel = walter_fresnel(dot(LIGHT, h), 1.5)
     expected = microfacet(LIGHT, EYE, fresnel, beckmann_d(h, m), torrance_g(LIGHT, EYE, h))
     exponent = (1 / h[:, 2] ** 2 - 1) / m**2
-    specular, _ = named.cook_torrance(1.5, m).evaluate(LIGHT, EYE)
+    specular, _ = presets.cook_torrance(1.5, m).evaluate(LIGHT, EYE)
     shown = expected > 1e-250
     off = np.abs(specular / np.where(shown, expected, 1) - 1)[shown]
     assert (off <= 1e-9 * (1 + exponent + exponent**2)[shown]).all()
@@ -135,11 +135,11 @@ def test_torrance_and_sparrow():
     theta_o = np.linspace(40, 89, 491)
     i = np.tile(direction(60, 0), (len(theta_o), 1))
     o = np.array([direction(t, 180) for t in theta_o])
-    specular, _ = named.torrance_sparrow(1.5, sigma).evaluate(i, o)
+    specular, _ = presets.torrance_sparrow(1.5, sigma).evaluate(i, o)
     assert 75 < theta_o[np.argmax(specular)] < 85
     sigma = 0.02
     tilt = np.radians(np.linspace(0, 2, 9))
-    ours, _ = named.torrance_sparrow(1.5, sigma).evaluate(
+    ours, _ = presets.torrance_sparrow(1.5, sigma).evaluate(
         np.tile(direction(0, 0), (9, 1)), np.array([direction(np.degrees(2 * t), 0) for t in tilt])
     )
     own = np.exp(-((tilt / sigma) ** 2))
@@ -148,11 +148,11 @@ def test_torrance_and_sparrow():
 
 def test_lambert_and_flat_il():
     up = np.array([0.0, 0.0, 1.0])
-    assert named.lambert(0.6).evaluate(LIGHT, EYE)[1] == pytest.approx(0.6 / np.pi, rel=1e-14)
-    assert (named.lambert(0.6).evaluate(LIGHT, EYE)[0] == 0).all()
+    assert presets.lambert(0.6).evaluate(LIGHT, EYE)[1] == pytest.approx(0.6 / np.pi, rel=1e-14)
+    assert (presets.lambert(0.6).evaluate(LIGHT, EYE)[0] == 0).all()
     # Normal incidence and exit at n = 1.5: (0.96)² Kd/(π n² (1 − Kd r_i)).
     expected = 0.96**2 * 0.6 / (np.pi * 2.25 * (1 - 0.6 * 0.596346))
-    assert float(named.flat_il(1.5, 0.6).evaluate(up, up)[1]) == pytest.approx(expected, rel=1e-6)
+    assert float(presets.flat_il(1.5, 0.6).evaluate(up, up)[1]) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("metal", metals.METALS)
@@ -166,7 +166,7 @@ def test_metals_are_mirrors_of_another_reflectance(metal):
     expected = microfacet(
         LIGHT, EYE, (r_s + r_p) / 2, ggx_d(h, 0.3), ggx_g1(LIGHT, 0.3) * ggx_g1(EYE, 0.3)
     )
-    specular, _ = named.walter_ggx(index.n, 0.3, index.k).evaluate(LIGHT, EYE)
+    specular, _ = presets.walter_ggx(index.n, 0.3, index.k).evaluate(LIGHT, EYE)
     np.testing.assert_allclose(specular, expected, rtol=1e-11)
 
 
@@ -192,7 +192,7 @@ def test_rough_lambertian_beside_oren_and_nayar(degrees, theta_i):
     (at 10°), 0.093 (at 40°, backwards), never by a tenth; Lambert's constant does.
     """
     tilt, theta_o = np.radians(degrees), np.array([0, 20, 40, 60])
-    ours = named.rough_lambertian(0.9, float(np.sqrt(2) * np.tan(tilt)))
+    ours = presets.rough_lambertian(0.9, float(np.sqrt(2) * np.tan(tilt)))
     i = np.tile(direction(theta_i, 0), (4, 1))
     off = []
     for delta in (0.0, np.pi):
@@ -211,15 +211,15 @@ def test_backscatter_of_lambertian_facets_grows_with_roughness():
     back, forward = direction(60, 0), direction(60, 180)
     ratios = []
     for sigma in (0.01, 0.3, 0.6, 1.0):
-        brdf = named.rough_lambertian(0.8, sigma)
+        brdf = presets.rough_lambertian(0.8, sigma)
         ratios.append(float(brdf.evaluate(back, back)[1] / brdf.evaluate(back, forward)[1]))
     assert ratios[0] == pytest.approx(1, abs=1e-3)
     assert (np.diff(ratios) > 0.1).all()
 
 
 def test_named_models_are_scenes_too():
-    brdf = named.std(1.5, 0.5, 2.0, 0.4)
+    brdf = presets.std(1.5, 0.5, 2.0, 0.4)
     asked = Scene(
         material=brdf.scene.material, roughness=brdf.scene.roughness, light=Light((40.0,))
     )
-    assert 0 < summary.quantity(model.predict(asked), "total", 1.5, 0.5).item() < 1
+    assert 0 < albedos.quantity(model.predict(asked), "total", 1.5, 0.5).item() < 1

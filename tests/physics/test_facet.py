@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from microsurf.physics import facet, fresnel
-from microsurf.stats import hypothesis_tests as significance
+from microsurf.stats import hypothesis_tests
 
 EPS = np.finfo(float).eps
 INDICES = (1.0, 1.33, 1.5, 2.4)
@@ -83,7 +83,7 @@ def furnace_errors(law, cos_i, n, kd, cosines):
     values = law(cos_i, cosines, n, kd[:, None]) * np.pi
     error = np.hypot(values.std(axis=1) / np.sqrt(len(cosines)), 1e-12)
     measured = values.mean(axis=1) + fresnel.reflectance(cos_i, n)
-    return significance.z_test(measured, facet.albedo(cos_i, n, kd), error)
+    return hypothesis_tests.z_test(measured, facet.albedo(cos_i, n, kd), error)
 
 
 @pytest.mark.parametrize("n", INDICES)
@@ -170,7 +170,7 @@ def chi_square(cosines, azimuths, density):
     share = np.sum(density(edges[:-1, None] + half * (1 + x)) * half * w, axis=1)
     expected = np.repeat(share[:, None] / share.sum() / 8, 8, axis=1) * len(cosines)
     assert expected.min() > 10
-    return significance.chi_square(counts, expected, total_fixed=True)
+    return hypothesis_tests.chi_square(counts, expected, total_fixed=True)
 
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.4, 4.0, 20.0])

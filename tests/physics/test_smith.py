@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from microsurf.physics import smith
-from microsurf.physics import student_t as std
+from microsurf.physics import smith, student_t
 
 EPS = np.finfo(float).eps
 DEGREES = (1.002, 1.02, 1.5, 2.0, 3.0, 6.0, 14.0, 16.0, 17.0, 25.0, 30.0, 49.9, 50.0, 78.0, 200.0)
@@ -160,11 +159,11 @@ def test_ggx_and_beckmann():
     # (√(1+t²) − 1)/2 without the difference.
     t2 = (alpha * tangent) ** 2
     ggx = t2 / (2 * (1 + np.sqrt(1 + t2)))
-    np.testing.assert_allclose(smith.smith_lambda(w, std.GGX, alpha), ggx, rtol=16 * EPS)
+    np.testing.assert_allclose(smith.smith_lambda(w, student_t.GGX, alpha), ggx, rtol=16 * EPS)
     for k in range(2, len(theta)):
         a = 1 / (mp.mpf(alpha) * mp.mpf(float(tangent[k])))
         beckmann = (mp.erf(a) - 1) / 2 + mp.exp(-(a**2)) / (2 * a * mp.sqrt(mp.pi))
-        value = float(smith.smith_lambda(w[k], std.BECKMANN, alpha))
+        value = float(smith.smith_lambda(w[k], student_t.BECKMANN, alpha))
         assert abs(value / beckmann - 1) <= 16 * EPS * (2 + float(2 * a**2))
 
 
@@ -223,7 +222,7 @@ def projected_area(gamma, sigma, theta):
         half = np.diff(edges)[:, None] / 2
         s = edges[:-1, None] + half * (1 + x)
         r = np.exp(np.log(cosine / sine) + sign * s**2)
-        density = std.slope_density(r, 0.0, gamma, sigma)
+        density = student_t.slope_density(r, 0.0, gamma, sigma)
         return np.sum(half * weights * 2 * s * r**2 * density * ring(r))
 
     kink = np.log(cosine / sine / sigma)
@@ -260,7 +259,7 @@ def test_anisotropic_lambda_is_the_backfacing_area():
     rise = np.exp(z)[:, None]
     u = cosine / sine + rise
     p, q = u * along[0] + v * across[0], u * along[1] + v * across[1]
-    density = std.slope_density(p, q, gamma, sigma_x, sigma_y) * np.cosh(y) * 0.1
+    density = student_t.slope_density(p, q, gamma, sigma_x, sigma_y) * np.cosh(y) * 0.1
     inner = density.sum(axis=1) * (y[1] - y[0])
     backfacing = np.sum(np.tile(weights, len(edges) - 1) / 2 * rise[:, 0] ** 2 * sine * inner)
     expected = backfacing / cosine

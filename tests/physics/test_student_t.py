@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from microsurf.physics import student_t as std
+from microsurf.physics import student_t
 
 EPS = np.finfo(float).eps
 GAMMAS = (1.501, 1.51, 1.75, 2.0, 2.5, 8.0, 40.0, 1e3, 1e6, 1e9, np.inf)
@@ -53,9 +53,9 @@ def close(value, exact, tolerance, tiny=1e-290):
 @pytest.mark.parametrize("sigma", SIGMAS)
 def test_distribution_and_density_are_exact_to_rounding(gamma, sigma):
     m = direction(THETAS)
-    values = std.distribution(m, gamma, sigma)
+    values = student_t.distribution(m, gamma, sigma)
     p, q = m[:, 0] / m[:, 2], m[:, 1] / m[:, 2]
-    densities = std.slope_density(p, q, gamma, sigma)
+    densities = student_t.slope_density(p, q, gamma, sigma)
     for k, theta in enumerate(THETAS):
         # A logarithm L is rounded to ε|L| and its argument, with some 4 roundings,
         # moves it by no more than 4ε|L| + 8ε; the exponential passes that on.
@@ -73,12 +73,12 @@ def test_anisotropic_distribution_is_exact_to_rounding(gamma):
         for theta in (0.0, 0.3, 1.2, 1.57):
             m = direction(theta, phi)
             exact, size = exact_distribution(m, gamma, 0.1, 0.9)
-            assert close(std.distribution(m, gamma, 0.1, 0.9), exact, 8 * EPS * (2 + size))
+            assert close(student_t.distribution(m, gamma, 0.1, 0.9), exact, 8 * EPS * (2 + size))
 
 
 def test_distribution_at_extreme_grazing_and_below_the_horizon():
     m = np.array([[1.0, 0.0, 1e-140], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 1e-200]])
-    values = std.distribution(m, 2.0, 0.5)  # D → σ²/π at grazing
+    values = student_t.distribution(m, 2.0, 0.5)  # D → σ²/π at grazing
     assert values[0] == pytest.approx(0.25 / np.pi, rel=8 * EPS * 4000)
     assert values[1] == 0
     assert values[2] == 0
@@ -92,10 +92,10 @@ def test_ggx_by_walter_2007():
         ggx = alpha**2 / (np.pi * cosine**4 * (alpha**2 + tangent**2) ** 2)
         # D is a fourth power of a cosine that cos and tan give to about 1e−9 at 89.99999°.
         np.testing.assert_allclose(
-            std.distribution(direction(THETAS, 0.0), std.GGX, alpha), ggx, rtol=1e-8
+            student_t.distribution(direction(THETAS, 0.0), student_t.GGX, alpha), ggx, rtol=1e-8
         )
         np.testing.assert_allclose(
-            std.distribution(direction(THETAS[:8], 0.0), 2.0, alpha), ggx[:8], rtol=1e-13
+            student_t.distribution(direction(THETAS[:8], 0.0), 2.0, alpha), ggx[:8], rtol=1e-13
         )
 
 
@@ -105,9 +105,11 @@ def test_beckmann_by_walter_2007_and_the_way_to_it():
     rho2 = (np.tan(theta) / alpha) ** 2
     beckmann = np.exp(-rho2) / (np.pi * alpha**2 * np.cos(theta) ** 4)
     m = direction(theta)
-    np.testing.assert_allclose(std.distribution(m, std.BECKMANN, alpha), beckmann, rtol=2e-14)
+    np.testing.assert_allclose(
+        student_t.distribution(m, student_t.BECKMANN, alpha), beckmann, rtol=2e-14
+    )
     for gamma in (1e6, 1e9):
-        step = np.log(std.distribution(m, gamma, alpha) / beckmann)
+        step = np.log(student_t.distribution(m, gamma, alpha) / beckmann)
         expected = (rho2**2 / 2 - rho2) / gamma
         # The next order is below ρ⁶/γ²; rounding is some ε(1 + ρ²).
         np.testing.assert_array_less(
@@ -121,7 +123,7 @@ def test_density_is_scipys_bivariate_t():
     for gamma in (1.6, 2.0, 8.0, 40.0):
         law = stats.multivariate_t(shape=np.diag([0.3**2, 0.8**2]) / 2, df=2 * gamma - 2)
         np.testing.assert_allclose(
-            std.slope_density(slopes[:, 0], slopes[:, 1], gamma, 0.3, 0.8),
+            student_t.slope_density(slopes[:, 0], slopes[:, 1], gamma, 0.3, 0.8),
             law.pdf(slopes),
             rtol=1e-11,  # scipy takes differences of gammaln
         )
@@ -132,7 +134,7 @@ def test_marginal_is_students_t(gamma):
     """∫ density dq is t_ν scaled by σ_x/√2. Trapezoid in q = sinh(y): converges at machine rate."""
     y = np.linspace(-60, 60, 4001)
     p = np.array([0.0, 0.2, 1.0, 7.0])[:, None]
-    integrand = std.slope_density(p, np.sinh(y), gamma, 0.4, 0.7) * np.cosh(y)
+    integrand = student_t.slope_density(p, np.sinh(y), gamma, 0.4, 0.7) * np.cosh(y)
     marginal = integrand.sum(axis=1) * (y[1] - y[0])
     scale = 0.4 / np.sqrt(2)
     law = stats.norm(scale=scale) if np.isinf(gamma) else stats.t(2 * gamma - 2, scale=scale)
@@ -151,7 +153,7 @@ def test_is_a_gamma_mixture_of_beckmanns(gamma):
             return mp.exp(-rho2 - u) * u ** (gamma - 1) / (mp.pi * sigma**2 * (gamma - 1))
 
         mixture = mp.quad(integrand, [0, 1, 10, mp.inf]) / mp.gamma(gamma - 1)
-        value = std.slope_density(slope, 0.0, gamma, sigma)
+        value = student_t.slope_density(slope, 0.0, gamma, sigma)
         assert float(value) == pytest.approx(float(mixture), rel=1e-13)
 
 
@@ -171,7 +173,7 @@ def test_normalisation(gamma, sigma):
     tangent = np.exp(y)
     cosine = 1 / np.hypot(1, tangent)
     m = np.stack([tangent * cosine, np.zeros_like(y), cosine], axis=-1)
-    integrand = 2 * np.pi * std.distribution(m, gamma, sigma) * tangent**2 * cosine**4
+    integrand = 2 * np.pi * student_t.distribution(m, gamma, sigma) * tangent**2 * cosine**4
     # Exponents reach 4·42 + γ·84 ≲ 300 for γ near 3/2, where it matters: 300 ε.
     assert np.sum(integrand * weights) == pytest.approx(1, abs=300 * EPS)
 
@@ -183,7 +185,7 @@ def test_normalisation_anisotropic():
     cosine = 1 / np.hypot(1, tangent)
     sine = tangent * cosine
     m = np.stack(np.broadcast_arrays(sine * np.cos(phi), sine * np.sin(phi), cosine), axis=-1)
-    ring = std.distribution(m, 2.5, 0.2, 0.8).mean(axis=0) * 2 * np.pi
+    ring = student_t.distribution(m, 2.5, 0.2, 0.8).mean(axis=0) * 2 * np.pi
     assert np.sum(ring * tangent**2 * cosine**4 * weights) == pytest.approx(1, abs=300 * EPS)
 
 
@@ -194,26 +196,26 @@ def test_cdf_and_quantile_against_mpmath(gamma):
         log_tail = exact_log_kernel(rho2, gamma)
         if np.isfinite(gamma):
             log_tail *= 1 - 1 / mp.mpf(gamma)
-        assert close(std.slope_cdf(r, gamma, 0.5), -mp.expm1(log_tail), 8 * EPS), r
+        assert close(student_t.slope_cdf(r, gamma, 0.5), -mp.expm1(log_tail), 8 * EPS), r
     for u in (1e-300, 1e-9, 0.1, 0.5, 0.9, 0.999, 1 - 2.0**-40, 1 - 2.0**-53):
         log_tail = -mp.log1p(-mp.mpf(u))
         stretch = log_tail / (mp.mpf(gamma) - 1)
         rho2 = log_tail if np.isinf(gamma) else (mp.mpf(gamma) - 1) * mp.expm1(stretch)
         # expm1 turns the rounding of its argument into a relative error of that size.
         tolerance = 4 * EPS * (2 + float(stretch))
-        assert close(std.slope_quantile(u, gamma, 0.5), mp.sqrt(rho2) / 2, tolerance), u
-    assert std.slope_quantile(1.0, gamma) == np.inf
-    assert std.slope_quantile(0.0, gamma) == 0
-    assert std.slope_cdf(np.inf, gamma) == 1
-    assert std.slope_cdf(1e200, gamma) == 1
+        assert close(student_t.slope_quantile(u, gamma, 0.5), mp.sqrt(rho2) / 2, tolerance), u
+    assert student_t.slope_quantile(1.0, gamma) == np.inf
+    assert student_t.slope_quantile(0.0, gamma) == 0
+    assert student_t.slope_cdf(np.inf, gamma) == 1
+    assert student_t.slope_cdf(1e200, gamma) == 1
 
 
 @given(st.floats(0, 1 - 2.0**-53), st.floats(1.501, 1e9), st.floats(1e-4, 10))
 def test_quantile_inverts_cdf(u, gamma, sigma):
-    r = std.slope_quantile(u, gamma, sigma)
+    r = student_t.slope_quantile(u, gamma, sigma)
     # |dF/d ln r| ≤ 2(1 + |ln(1−u)|) min(u, 1), and r is good to 4ε(2 + stretch).
     stretch = -np.log1p(-u) * max(1, 1 / (gamma - 1))
-    assert std.slope_cdf(r, gamma, sigma) == pytest.approx(u, rel=16 * EPS * (2 + stretch))
+    assert student_t.slope_cdf(r, gamma, sigma) == pytest.approx(u, rel=16 * EPS * (2 + stretch))
 
 
 def p_values(p, q, gamma, sigma_x, sigma_y):
@@ -234,32 +236,32 @@ def p_values(p, q, gamma, sigma_x, sigma_y):
 
 @pytest.mark.parametrize("gamma", [1.51, 2.0, 8.0, np.inf])
 def test_samples_follow_the_law(gamma, judge):
-    p, q = std.sample_slopes(np.random.default_rng(judge.seed(7)), 100_000, gamma, 0.3, 0.9)
+    p, q = student_t.sample_slopes(np.random.default_rng(judge.seed(7)), 100_000, gamma, 0.3, 0.9)
     judge.keeps(p_values(p, q, gamma, 0.3, 0.9))
 
 
 def test_samples_of_another_gamma_or_sigma_are_noticed(judge):
-    p, q = std.sample_slopes(np.random.default_rng(judge.seed(7)), 100_000, 2.0, 0.3, 0.9)
+    p, q = student_t.sample_slopes(np.random.default_rng(judge.seed(7)), 100_000, 2.0, 0.3, 0.9)
     judge.catches(p_values(p, q, 2.4, 0.3, 0.9))
     judge.catches(p_values(p, q, 2.0, 0.315, 0.9))
     judge.catches(p_values(q, p, 2.0, 0.3, 0.9))
 
 
 def test_samples_have_the_shape_asked_for_and_repeat():
-    first = std.sample_slopes(np.random.default_rng(3), (4, 5), 2.0, 0.3)
-    again = std.sample_slopes(np.random.default_rng(3), (4, 5), 2.0, 0.3)
+    first = student_t.sample_slopes(np.random.default_rng(3), (4, 5), 2.0, 0.3)
+    again = student_t.sample_slopes(np.random.default_rng(3), (4, 5), 2.0, 0.3)
     assert first[0].shape == first[1].shape == (4, 5)
     np.testing.assert_array_equal(first, again)
 
 
 def test_normals():
     slopes = np.array([0.0, -0.5, 3.0, 1e-200, 1e200])
-    m = std.normals(slopes, 0.7 * slopes)
+    m = student_t.normals(slopes, 0.7 * slopes)
     assert m.shape == (5, 3)
     np.testing.assert_allclose(np.linalg.norm(m, axis=-1), 1, rtol=4 * EPS)
     np.testing.assert_allclose(-m[:, 0] / m[:, 2], slopes, rtol=8 * EPS)
     np.testing.assert_allclose(-m[:, 1] / m[:, 2], 0.7 * slopes, rtol=8 * EPS)
-    assert std.normals(0.0, [1.0, 2.0]).shape == (2, 3)
+    assert student_t.normals(0.0, [1.0, 2.0]).shape == (2, 3)
 
 
 def exact_area(slope, gamma, sigma):
@@ -287,7 +289,7 @@ def test_area_beyond_against_closed_form(gamma, sigma):
         exact = exact_area(slope, gamma, sigma) / exact_area(0, gamma, sigma)
         # The integrand is exp of a number of about |ln share|.
         tolerance = 1e-14 * (2 + float(abs(mp.log(exact))))
-        assert close(std.area_beyond(slope, gamma, sigma), exact, tolerance), slope
+        assert close(student_t.area_beyond(slope, gamma, sigma), exact, tolerance), slope
 
 
 def test_area_beyond_against_quadrature():
@@ -310,8 +312,8 @@ def test_area_beyond_known_figures():
     for gamma, shares in ((1.6, (39, 28, 18)), (1.75, (11, 5, 1.6)), (2.0, (1.8, 0.4, 0.04))):
         for slope, share in zip((20, 100, 1000), shares, strict=True):
             digits = 0 if share >= 5 else 1 if share >= 0.1 else 2
-            assert round(100 * std.area_beyond(slope, gamma, 0.5), digits) == share
-    assert std.area_beyond(20, 2.5, 0.5) < 1e-3
+            assert round(100 * student_t.area_beyond(slope, gamma, 0.5), digits) == share
+    assert student_t.area_beyond(20, 2.5, 0.5) < 1e-3
 
 
 @given(
@@ -324,11 +326,11 @@ def test_area_beyond_known_figures():
 def test_nothing_is_lost_in_the_whole_box(gamma, sigma_x, sigma_y, theta, phi):
     m = direction(np.radians(theta), np.radians(phi))
     for value in (
-        std.distribution(m, gamma, sigma_x, sigma_y),
-        std.slope_density(m[0] / m[2], m[1] / m[2], gamma, sigma_x, sigma_y),
-        std.slope_cdf(np.tan(np.radians(theta)), gamma, sigma_x),
-        std.slope_quantile(theta / 90, gamma, sigma_x),
-        std.area_beyond(float(np.tan(np.radians(theta))), gamma, sigma_x),
+        student_t.distribution(m, gamma, sigma_x, sigma_y),
+        student_t.slope_density(m[0] / m[2], m[1] / m[2], gamma, sigma_x, sigma_y),
+        student_t.slope_cdf(np.tan(np.radians(theta)), gamma, sigma_x),
+        student_t.slope_quantile(theta / 90, gamma, sigma_x),
+        student_t.area_beyond(float(np.tan(np.radians(theta))), gamma, sigma_x),
     ):
         assert np.isfinite(value)
         assert value >= 0
@@ -341,12 +343,12 @@ def test_nothing_is_lost_in_the_whole_box(gamma, sigma_x, sigma_y, theta, phi):
 )  # fmt: skip
 def test_bad_values_are_named(gamma, sigma, named):
     for call in (
-        lambda: std.distribution([0, 0, 1], gamma, sigma),
-        lambda: std.slope_density(0, 0, gamma, sigma),
-        lambda: std.slope_cdf(1, gamma, sigma),
-        lambda: std.slope_quantile(0.5, gamma, sigma),
-        lambda: std.sample_slopes(np.random.default_rng(0), 1, gamma, sigma),
-        lambda: std.area_beyond(1, gamma, sigma),
+        lambda: student_t.distribution([0, 0, 1], gamma, sigma),
+        lambda: student_t.slope_density(0, 0, gamma, sigma),
+        lambda: student_t.slope_cdf(1, gamma, sigma),
+        lambda: student_t.slope_quantile(0.5, gamma, sigma),
+        lambda: student_t.sample_slopes(np.random.default_rng(0), 1, gamma, sigma),
+        lambda: student_t.area_beyond(1, gamma, sigma),
     ):
         with pytest.raises(ValueError, match=named) as caught:
             call()
@@ -355,9 +357,9 @@ def test_bad_values_are_named(gamma, sigma, named):
 
 def test_area_beyond_refuses_infinite_areas_and_negative_slopes():
     with pytest.raises(ValueError, match=r"gamma = 1\.5"):
-        std.area_beyond(1, 1.5, 0.5)
+        student_t.area_beyond(1, 1.5, 0.5)
     with pytest.raises(ValueError, match=r"slope = -1"):
-        std.area_beyond(-1, 2.0, 0.5)
+        student_t.area_beyond(-1, 2.0, 0.5)
 
 
 @pytest.mark.parametrize("gamma", [1.501, 2.0, 8.0, 1e9, np.inf])
@@ -374,9 +376,9 @@ def test_mean_area_by_quadrature_over_probability(gamma):
             end = 60 if np.isinf(gamma) else 60 / (1 - 0.5 / a)
             # Dense at 0, where the root is steep for large σ.
             exact = mp.quad(integrand, [end * (k / mp.mpf(30)) ** 4 for k in range(31)])
-        assert abs(std.mean_area(gamma, sigma) / exact - 1) <= 1e-13
+        assert abs(student_t.mean_area(gamma, sigma) / exact - 1) <= 1e-13
     with pytest.raises(ValueError, match=r"gamma = 1\.5: the area"):
-        std.mean_area(1.5, 0.5)
+        student_t.mean_area(1.5, 0.5)
 
 
 def test_density_is_no_smaller_than_it_must_be():
@@ -384,4 +386,6 @@ def test_density_is_no_smaller_than_it_must_be():
     rho2 = mp.mpf(740)
     exact = mp.exp(-rho2) / (mp.pi * mp.mpf(1e-6) ** 2)
     p = float(mp.sqrt(rho2)) * 1e-6
-    assert float(std.slope_density(p, 0.0, np.inf, 1e-6)) == pytest.approx(float(exact), rel=1e-12)
+    assert float(student_t.slope_density(p, 0.0, np.inf, 1e-6)) == pytest.approx(
+        float(exact), rel=1e-12
+    )

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from microsurf.physics import student_t as std
-from microsurf.physics import vcavity
+from microsurf.physics import student_t, vcavity
 
 EPS = np.finfo(float).eps
 
@@ -87,10 +86,10 @@ def test_masking_conserves_projected_area(gamma, theta):
     edges = np.linspace(-12, 45, 121)
     half = np.diff(edges)[:, None] / 2
     r = np.exp(edges[:-1, None] + half * (1 + x)).ravel()[:, None]
-    m = std.normals(r * np.cos(phi), r * np.sin(phi))
+    m = student_t.normals(r * np.cos(phi), r * np.sin(phi))
     facing = np.maximum(m @ w, 0) / m[..., 2]
     ring = np.mean(vcavity.g1(w, m) * facing, axis=1) * 2 * np.pi
-    density = std.slope_density(r[:, 0], 0.0, gamma, 0.5)
+    density = student_t.slope_density(r[:, 0], 0.0, gamma, 0.5)
     total = np.sum((half * weights).ravel() * r[:, 0] ** 2 * density * ring)
     assert total == pytest.approx(w[2], rel=5e-5)
 

@@ -4,8 +4,7 @@ import pytest
 from judge import rate
 from scipy import stats
 
-from microsurf.physics import student_t as std
-from microsurf.physics import visible_normals as visible
+from microsurf.physics import student_t, visible_normals
 
 SIGMA = 0.5
 SCALE = SIGMA / np.sqrt(2)
@@ -22,7 +21,7 @@ def direction(theta, phi=0.0):
 
 def partial(p, c, nu):
     """∫_−∞^p (c − x) t_ν(x) dx for p ≤ c, from the t distribution and its first moment."""
-    excess = visible.mean_excess(nu)
+    excess = visible_normals.mean_excess(nu)
     if np.isinf(nu):
         return c * stats.norm.cdf(p) + excess * np.exp(-(p**2) / 2)
     return c * stats.t.cdf(p, nu) + excess * np.exp(-(nu - 1) / 2 * np.log1p(p**2 / nu))
@@ -55,7 +54,9 @@ def test_slopes_along_and_across_have_their_law(gamma, judge):
     rng = np.random.default_rng(judge.seed(1))
     levels = []
     for theta in THETAS:
-        m = visible.sample(np.tile(direction(theta, 30), (COUNT, 1)), gamma, SIGMA, None, rng)
+        m = visible_normals.sample(
+            np.tile(direction(theta, 30), (COUNT, 1)), gamma, SIGMA, None, rng
+        )
         np.testing.assert_allclose(np.linalg.norm(m, axis=1), 1, rtol=1e-14)
         p, q = slopes(m, 30)
         inside = np.abs(p) < FAR
@@ -72,7 +73,7 @@ def test_redrawing_only_the_branch_fails_the_same_test(judge):
     """The negative control: a rejection that stays in its branch is another distribution."""
     nu, theta = 2.0, 80
     rng = np.random.default_rng(judge.seed(2))
-    c, excess = cotangent(theta), visible.mean_excess(2.0)
+    c, excess = cotangent(theta), visible_normals.mean_excess(2.0)
     steep = -np.sqrt(nu * np.expm1(2 * rng.standard_exponential(COUNT) / (nu - 1)))
     core = rng.standard_t(nu, 20 * COUNT)
     core = core[(core <= 0) | (rng.random(len(core)) < 1 - core / c)][:COUNT]
@@ -86,7 +87,7 @@ def test_from_below_a_third_of_all_draws_is_accepted_at_least(nu, judge):
     rng = np.random.default_rng(judge.seed(3))
     count = []
     for a in np.geomspace(1e-3, 1e8, 34):
-        sign, log_x, accepted = visible._seen_from_below(np.full(40_000, -a), nu, rng)
+        sign, log_x, accepted = visible_normals._seen_from_below(np.full(40_000, -a), nu, rng)
         count.append(accepted.sum())
         assert (sign == -1).all()
         assert np.isfinite(log_x).all()
@@ -101,9 +102,9 @@ def test_anisotropic_normals_have_the_density_of_the_definition(w, gamma, judge)
     """Means over them are those over all facets weighted by what w sees."""
     sigma = (0.6, 0.15)
     rng = np.random.default_rng(judge.seed(4))
-    m = visible.sample(np.tile(w, (400_000, 1)), gamma, *sigma, rng)
-    facets = std.normals(*std.sample_slopes(rng, 2_000_000, gamma, *sigma))
-    area = visible.projected_area(w, gamma, *sigma)
+    m = visible_normals.sample(np.tile(w, (400_000, 1)), gamma, *sigma, rng)
+    facets = student_t.normals(*student_t.sample_slopes(rng, 2_000_000, gamma, *sigma))
+    area = visible_normals.projected_area(w, gamma, *sigma)
     weight = np.minimum(np.maximum(facets @ w, 0) / facets[:, 2], 1e6) / area
     rows = []
     for of in (lambda n: n[:, 0], lambda n: n[:, 1] ** 2, lambda n: n[:, 2] ** 2):
@@ -131,9 +132,11 @@ def test_projected_area_is_the_integral_it_is_named_for(theta, gamma):
     with mpmath.workdps(25):
         panels = [-60, -20, -8, -4, -2, -1, 0, 1, 1.5, 2, 2.5, 3, 4, 8, 20, 60, 150, 400]
         area = mpmath.quad(lambda y: s * mpmath.e ** (2 * y) * density(c / s - mpmath.e**y), panels)
-    np.testing.assert_allclose(visible.projected_area(w, gamma, SIGMA), float(area), rtol=1e-10)
+    np.testing.assert_allclose(
+        visible_normals.projected_area(w, gamma, SIGMA), float(area), rtol=1e-10
+    )
 
 
 def test_refuses_what_has_no_mean_slope():
     with pytest.raises(ValueError, match=r"gamma = 1\.5: visible normals need gamma > 3/2"):
-        visible.sample(direction(10), 1.5, SIGMA, None, np.random.default_rng(0))
+        visible_normals.sample(direction(10), 1.5, SIGMA, None, np.random.default_rng(0))

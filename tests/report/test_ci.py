@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from microsurf import report
-from microsurf.analysis import validate
-from microsurf.analysis import validate_user_brdf as trial
+from microsurf.analysis import validate, validate_user_brdf
 from microsurf.model import Candidate
 from microsurf.report.junit import to_junit
 from microsurf.report.markdown import LONGEST, to_markdown
@@ -48,7 +47,7 @@ def folder(tmp_path_factory):
     flat = validate.validate_scene("flat", FLAT)
     broken = replace(flat, name="broken", faults=[NASTY, "energy: is gone"])
     own = Candidate("own:f", lambda _, o: (0.1 * o[:, 2] + 0.01, np.zeros(len(o))))
-    tried = trial.judge(replace(entry, name="tried", heightfield=None), own, [])
+    tried = validate_user_brdf.judge(replace(entry, name="tried", heightfield=None), own, [])
     scenes = [
         json.loads(json.dumps(validate.as_json(e), default=np.ndarray.tolist))
         for e in (entry, flat)

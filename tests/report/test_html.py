@@ -17,7 +17,7 @@ from microsurf.report import attachments
 from microsurf.report.figures import figure as picture
 from microsurf.report.figures.figure import Picture
 from microsurf.report.section import Section, Table
-from microsurf.results import dataset as result
+from microsurf.results import datasets
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
 from microsurf.scene.builtin import built_in_scenes
 from microsurf.scene.expectation import Expectation
@@ -178,7 +178,7 @@ def test_every_figure_has_three_files_and_every_result_is_there(folder):
     models = ("measured", "smith", "vcavity", "smith-walk")
     names = {f"{s}-{m}.nc" for s in ("a-b-c", "broken") for m in models}
     assert {file.name for file in (folder / "data").iterdir()} == names
-    first = result.load(folder / "data" / "a-b-c-measured.nc")
+    first = datasets.load(folder / "data" / "a-b-c-measured.nc")
     assert first.sizes["realisation"] == 2
 
 
@@ -274,8 +274,8 @@ def test_plots_of_results_that_do_not_fit_together_are_refused(tmp_path):
         with pytest.raises(InputError, match=why):
             report.plot_results(results, tmp_path / "p.png")
     assert list(tmp_path.iterdir()) == []
-    result.save(flux, tmp_path / "r.nc")  # as the command line gets them
-    report.plot_results({"a": result.load(tmp_path / "r.nc")}, tmp_path / "p.svg")
+    datasets.save(flux, tmp_path / "r.nc")  # as the command line gets them
+    report.plot_results({"a": datasets.load(tmp_path / "r.nc")}, tmp_path / "p.svg")
     assert (tmp_path / "p.svg").stat().st_size > 0
 
 

@@ -7,10 +7,7 @@ import pytest
 from matplotlib.text import Text
 
 from microsurf.analysis import validate
-from microsurf.report.figures import albedo_by_order as albedos
-from microsurf.report.figures import lobes, overview
-from microsurf.report.figures import surface as relief
-from microsurf.report.figures import verdicts as effects
+from microsurf.report.figures import albedo_by_order, lobes, overview, surface, verdicts
 from microsurf.report.figures.style import MODEL_STYLE, QUANTITY_STYLE, WIDTH
 from microsurf.scene import Accuracy, Light, Scene, Surface
 
@@ -34,18 +31,18 @@ def drawn(entry):
     kd = 0.8
     results = (entry.measured, entry.predicted, entry.scene, kd)
     rows = {
-        "effects": effects.rows(entry.comparisons),
+        "effects": verdicts.rows(entry.comparisons),
         "overview": overview.rows({"tiny": entry.comparisons}),
         "lobes": lobes.rows(*results),
-        "albedos": albedos.rows(*results),
-        "relief": relief.rows(entry.heightfield, entry.scene),
+        "albedos": albedo_by_order.rows(*results),
+        "relief": surface.rows(entry.heightfield, entry.scene),
     }
     figures = {
-        "effects": effects.figure(rows["effects"]),
+        "effects": verdicts.figure(rows["effects"]),
         "overview": overview.figure(rows["overview"]),
         "lobes": lobes.figure(rows["lobes"]),
-        "albedos": albedos.figure(rows["albedos"]),
-        "relief": relief.figure(rows["relief"], 2.0, "cells"),
+        "albedos": albedo_by_order.figure(rows["albedos"]),
+        "relief": surface.figure(rows["relief"], 2.0, "cells"),
     }
     return {name: (rows[name], figures[name]) for name in rows}
 
@@ -125,7 +122,7 @@ def test_curves_differ_without_colour():
 def test_bands_are_those_of_the_surfaces(entry):
     """Two surfaces: t of one degree of freedom times half their difference."""
     row = next(
-        r for r in albedos.rows(entry.measured, {}, entry.scene, 0.8)
+        r for r in albedo_by_order.rows(entry.measured, {}, entry.scene, 0.8)
         if r["order"] == 1 and r["theta_i_deg"] == 30
     )  # fmt: skip
     flux = validate.summary.by_order(entry.measured, 1.5, 0.8).sum("kind")
@@ -135,15 +132,15 @@ def test_bands_are_those_of_the_surfaces(entry):
 
 
 def test_one_surface_has_no_bars_over_others(entry):
-    alone = albedos.rows(entry.measured.isel(realisation=[0]), {}, entry.scene, 0.8)
+    alone = albedo_by_order.rows(entry.measured.isel(realisation=[0]), {}, entry.scene, 0.8)
     assert all("low" not in row for row in alone)
-    albedos.figure(alone)
+    albedo_by_order.figure(alone)
 
 
 def test_a_model_of_ones_own_is_drawn(entry):
     """A candidate has no style of ours."""
     other = {"mine": entry.predicted["smith"]}
-    for module in (lobes, albedos):
+    for module in (lobes, albedo_by_order):
         figure = module.figure(module.rows(entry.measured, other, entry.scene, 0.8))
         assert "mine" in " ".join(t.get_text() for t in figure.legends[0].get_texts())
 
@@ -155,4 +152,4 @@ def test_many_scenes_are_cut_to_what_can_be_read(entry):
 
 def test_scenes_without_comparisons_have_none(entry):
     assert overview.rows({"a": [], "b": []}) == []
-    assert effects.rows(replace(entry, comparisons=[]).comparisons) == []
+    assert verdicts.rows(replace(entry, comparisons=[]).comparisons) == []

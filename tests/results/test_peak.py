@@ -6,19 +6,18 @@ from scipy import stats
 
 from microsurf import model
 from microsurf.analysis.tradeoff.methods import draws_of
-from microsurf.results import dataset as result
-from microsurf.results import peak
+from microsurf.results import detector, peak
 from microsurf.scene import Light, Roughness, Scene
 
 
 def bump(centre, sd):
     """Energies of a Gaussian intensity about a direction in the plane, mirror side positive."""
-    theta = np.radians(result.ring_centres())[:, None]
-    phi = np.radians(np.arange(result.SECTORS) * 10.0 - 180)
+    theta = np.radians(detector.ring_centres())[:, None]
+    phi = np.radians(np.arange(detector.SECTORS) * 10.0 - 180)
     c = np.radians(centre)
     cosine = np.sin(theta) * np.cos(phi) * np.sin(c) + np.cos(theta) * np.cos(c)
     away = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-    return (np.exp(-((away / sd) ** 2) / 2) * result.solid_angles()).ravel()
+    return (np.exp(-((away / sd) ** 2) / 2) * detector.solid_angles()).ravel()
 
 
 @pytest.mark.parametrize("centre", [-20.0, 0.0, 41.3])
@@ -40,7 +39,7 @@ def test_a_gaussian_keeps_its_figures(centre, sd):
 
 
 def test_an_even_hemisphere_has_the_same_intensity_everywhere():
-    even = np.repeat(result.solid_angles(), result.SECTORS, axis=1).ravel()
+    even = np.repeat(detector.solid_angles(), detector.SECTORS, axis=1).ravel()
     for spread in (1.0, 5.0):
         np.testing.assert_allclose(peak.cut(even, spread), 1, rtol=1e-12)
 

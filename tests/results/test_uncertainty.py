@@ -9,8 +9,7 @@ from scipy import stats
 
 from microsurf import trace
 from microsurf.analysis.error_budget.regions import FIRST, REGIONS, components, region_masks
-from microsurf.results import albedo as summary
-from microsurf.results import uncertainty as precision
+from microsurf.results import albedos, uncertainty
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surfaces_of
 
@@ -30,7 +29,7 @@ def surfaces(new_seed):
 
 
 def known(dataset, scene=SCENE):
-    rows = precision.of_measurement(dataset, scene)
+    rows = uncertainty.of_measurement(dataset, scene)
     return {(row.quantity, row.theta_i, row.kd): row for row in rows}
 
 
@@ -75,24 +74,24 @@ def test_small_surfaces_differ_by_more_than_their_rays(surfaces, judge):
 def test_errors_are_those_that_are_printed(surfaces):
     measured = trace.measure(SCENE, surfaces[:3], seed=1, workers=1)
     rows = known(measured)
-    for name in summary.QUANTITIES:
-        error = summary.standard_error(measured, name, 1.5, 0.2).sel(theta_i=60).item()
+    for name in albedos.QUANTITIES:
+        error = albedos.standard_error(measured, name, 1.5, 0.2).sel(theta_i=60).item()
         assert rows[name, 60.0, 0.2].spread.error == pytest.approx(error, rel=1e-12)
     for kind in ("specular", "body"):
         found = rows[f"{kind} lobe", 60.0, 0.2].spread
-        wanted = precision.lobe_error(measured, kind, 1.5, 0.2).sel(theta_i=60).item()
+        wanted = uncertainty.lobe_error(measured, kind, 1.5, 0.2).sel(theta_i=60).item()
         assert found.error / found.mean == pytest.approx(wanted, rel=1e-12)
 
 
 def test_json_knows_no_infinity_and_leaves_out_what_is_zero(surfaces):
     mirror = replace(SCENE, material=Material(1.5, (0.0,)))
     measured = trace.measure(mirror, surfaces[:1], seed=1, workers=1)
-    rows = precision.as_json(measured, mirror)
+    rows = uncertainty.as_json(measured, mirror)
     json.dumps(rows, allow_nan=False)
     assert {row["quantity"] for row in rows} == {"specular", "total", "specular lobe"}
     assert all(row["between_high"] is None and row["surfaces_to_halve"] == 4 for row in rows)
     flat = replace(SCENE, roughness=Roughness(2.0, (0.0,)))
-    rows = precision.as_json(trace.measure(flat, seed=1, workers=1), flat)
+    rows = uncertainty.as_json(trace.measure(flat, seed=1, workers=1), flat)
     assert all(row["surfaces_to_halve"] is None for row in rows)
 
 
@@ -119,10 +118,10 @@ def test_light_in_a_region_spreads_no_more_than_its_rays_say(sigma, judge):
 
     bounded, independent = [], []
     for part, kind in zip(FIRST, ("specular", "body"), strict=True):
-        bins = precision.lobe_ray_variance(dataset, kind, 1.5, 0.8)
+        bins = uncertainty.lobe_ray_variance(dataset, kind, 1.5, 0.8)
         bins = bins.transpose("realisation", ..., "theta_o", "phi_o").values
         for region, mask in zip(REGIONS, region_masks(), strict=True):
-            error = precision.region_ray_error(dataset, kind, mask, 1.5, 0.8).values
+            error = uncertainty.region_ray_error(dataset, kind, mask, 1.5, 0.8).values
             bounded.append(p_value(part, region, error**2))
             if (kind, region) in {("body", "mirror side"), ("body", "backward")}:
                 independent.append(p_value(part, region, (bins * mask).sum((-2, -1))))

@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from microsurf.stability import digits
-from microsurf.stability import domain as box
+from microsurf.stability import digits, domain
 from microsurf.stability.reference import EXACT, real
 
 
@@ -43,15 +42,15 @@ def test_conditioning_is_forgiven_and_no_more():
 
 
 def test_values_near_a_border_are_written_by_their_distance():
-    assert box.ticked("gamma", float(np.nextafter(1.5, 2))) == "1.5+2e-16"
-    assert box.ticked("n", 1 + 1e-9) == "1+1e-9"
-    assert box.ticked("u", 1 - 2.0**-53) == "1-1e-16"
-    assert box.ticked("gamma", math.inf) == "∞"
-    assert box.ticked("theta", 89.99999) == "89.99999"
-    for values in (box.QUICK, box.FULL):
-        assert values.keys() == box.QUICK.keys()
+    assert domain.ticked("gamma", float(np.nextafter(1.5, 2))) == "1.5+2e-16"
+    assert domain.ticked("n", 1 + 1e-9) == "1+1e-9"
+    assert domain.ticked("u", 1 - 2.0**-53) == "1-1e-16"
+    assert domain.ticked("gamma", math.inf) == "∞"
+    assert domain.ticked("theta", 89.99999) == "89.99999"
+    for values in (domain.QUICK, domain.FULL):
+        assert values.keys() == domain.QUICK.keys()
         for name, entries in values.items():
-            labels = [box.ticked(name, value) for value in entries]
+            labels = [domain.ticked(name, value) for value in entries]
             assert len(set(labels)) == len(labels)
-            assert set(box.QUICK[name]) <= set(box.FULL[name])
-            assert name in box.SYMBOLS
+            assert set(domain.QUICK[name]) <= set(domain.FULL[name])
+            assert name in domain.SYMBOLS

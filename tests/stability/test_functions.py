@@ -7,7 +7,7 @@ import pytest
 from scipy.special import gammaln, stdtr
 
 from microsurf.physics import fresnel
-from microsurf.stability import domain as box
+from microsurf.stability import domain
 from microsurf.stability.case import ENOUGH, points
 from microsurf.stability.functions import LAWS
 from microsurf.stability.map import summarise
@@ -16,7 +16,7 @@ from microsurf.stability.sweep import sweep
 
 # Two or three values of each coordinate, the ends among them.
 SMALL = {
-    "gamma": (box.QUICK["gamma"][0], 1.75, 8.0, 1e3, 1e9, np.inf),
+    "gamma": (domain.QUICK["gamma"][0], 1.75, 8.0, 1e3, 1e9, np.inf),
     "sigma": (1e-6, 0.5, 10.0),
     "wide": (1e-6, 10.0),
     "theta": (0.0, 5.0, 75.0, 89.99999),
@@ -51,12 +51,12 @@ def test_twelve_digits_beyond_conditioning(law):
 @pytest.mark.parametrize("law", [*LAWS, *SAMPLERS], ids=lambda law: law.name)
 def test_twelve_digits_beyond_conditioning_on_the_fine_map(law):
     """Or a note says where not, and why."""
-    summary = found(law, box.FULL)
+    summary = found(law, domain.FULL)
     assert summary.verdict != "short", summary.worst
 
 
 def test_lambda_keeps_relative_digits_where_it_is_tiny():
-    tiny = [point for point in points(named("Λ"), box.QUICK) if 0 < point.exact < 1e-8]
+    tiny = [point for point in points(named("Λ"), domain.QUICK) if 0 < point.exact < 1e-8]
     assert len(tiny) > 30
     assert min(point.right for point in tiny) > ENOUGH
 

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from microsurf import scene
-from microsurf.scene import tail_limit as beyond
-from microsurf.stability import first_hit
-from microsurf.stability import limits as borders
+from microsurf.scene import tail_limit
+from microsurf.stability import first_hit, limits
 from microsurf.surface import generate_surface, surface_statistics
 from microsurf.surface.heightfield import mesh
 from microsurf.trace.embree import EmbreeTile
@@ -43,7 +42,7 @@ def test_another_surface_is_no_rounding(monkeypatch):
 
 
 def test_borders_hold_but_for_the_tail():
-    rows = list(borders.check(64, 2000, 128))
+    rows = list(limits.check(64, 2000, 128))
     tails = [row for row in rows if row.border.startswith("γ")]
     assert [row.verdict for row in tails[:2]] == ["border", "border"]
     assert tails[-1].verdict == "ok"
@@ -58,29 +57,29 @@ def test_share_left_out_is_what_a_mesh_leaves_out_at_least():
     for gamma in (1.55, 1.6, 1.75):
         made = generate_surface(gamma, 0.5, cells=64, seed=1)
         realised = surface_statistics(made, gamma, 0.5)["tail"]["area_beyond"]
-        least = beyond.share_left_out(gamma, 0.5, 64)
+        least = tail_limit.share_left_out(gamma, 0.5, 64)
         assert least < realised < 1.2 * least
 
 
 def test_only_a_heavy_tail_on_a_generated_mesh_is_beyond():
     heavy = scene.Scene(roughness=scene.Roughness(1.55, (0.5,)))
-    text = beyond.tail_left_out(heavy)
+    text = tail_limit.tail_left_out(heavy)
     assert text is not None
     assert text.startswith("gamma = 1.55: at least 26% of the surface's area")
     for inside in (
-        scene.Scene(roughness=scene.Roughness(beyond.LEAST_GAMMA, (0.5,))),
+        scene.Scene(roughness=scene.Roughness(tail_limit.LEAST_GAMMA, (0.5,))),
         scene.Scene(roughness=scene.Roughness(1.55, (0.0,))),
         scene.Scene(roughness=scene.Roughness(1.55, (0.5,)), surface=scene.Surface(file="a.npy")),
     ):
-        assert beyond.tail_left_out(inside) is None
+        assert tail_limit.tail_left_out(inside) is None
 
 
 @pytest.mark.long
 def test_the_border_of_gamma_is_where_it_is_said_to_be():
     """KS of four surfaces of 256² cells: all hold 5e−3 from LEAST_GAMMA on, none at 1.6."""
-    for gamma, holds in ((beyond.LEAST_GAMMA, True), (1.6, False)):
+    for gamma, holds in ((tail_limit.LEAST_GAMMA, True), (1.6, False)):
         found = [
             surface_statistics(generate_surface(gamma, 0.5, cells=256, seed=k), gamma, 0.5)["ks"]
             for k in range(4)
         ]
-        assert all((ks <= borders.KS) == holds for ks in found)
+        assert all((ks <= limits.KS) == holds for ks in found)

@@ -7,7 +7,7 @@ from judge import rate
 from scipy.optimize import minimize
 
 from microsurf.errors import InputError
-from microsurf.physics import student_t as std
+from microsurf.physics import student_t
 from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface, level
 from microsurf.surface.gaussian_field import gaussian_field
 
@@ -15,7 +15,7 @@ DATA = os.environ.get("MICROSURF_DATA")
 
 
 def log_likelihood(h, gamma, sigma):
-    return np.mean(np.log(std.slope_density(*facet_slopes(h), gamma, sigma)))
+    return np.mean(np.log(student_t.slope_density(*facet_slopes(h), gamma, sigma)))
 
 
 @pytest.mark.parametrize("gamma", [1.75, 3.0, 20.0])

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.stats import spearmanr
 
 from microsurf.errors import InputError
-from microsurf.physics import student_t as std
+from microsurf.physics import student_t
 from microsurf.surface import Heightfield, facet_slopes, generate_surface, surface_statistics
 from microsurf.surface.statistics import _area_beyond, ks_distance, mean_area
 
@@ -41,19 +41,19 @@ def test_anisotropic_area_averages_over_azimuth():
 
 def test_area_beyond_against_sampled_facets(judge):
     """4e5 draws; the ratio's own standard error."""
-    p, q = std.sample_slopes(np.random.default_rng(judge.seed(12)), 400_000, 4.0, 0.5, 0.2)
+    p, q = student_t.sample_slopes(np.random.default_rng(judge.seed(12)), 400_000, 4.0, 0.5, 0.2)
     area = np.sqrt(1 + p**2 + q**2)
     beyond = np.hypot(p / 0.5, q / 0.2) > 1.5
     share = float(np.sum(area * beyond) / np.sum(area))
     se = np.std(area * (beyond - share)) / area.mean() / np.sqrt(area.size)
     judge.near(_area_beyond(1.5, 4.0, 0.5, 0.2), share, se)
     # Negative control: the other axis' roughness alone is off by more.
-    judge.tells(std.area_beyond(1.5 * 0.5, 4.0, 0.5), share, se)
+    judge.tells(student_t.area_beyond(1.5 * 0.5, 4.0, 0.5), share, se)
 
 
 def test_ks_distance_by_hand():
     """Three values at quantiles 0.1, 0.5, 0.6: the largest gap is 1 − 0.6 after the last."""
-    rho = std.slope_quantile([0.1, 0.5, 0.6], 2.0)
+    rho = student_t.slope_quantile([0.1, 0.5, 0.6], 2.0)
     assert ks_distance(rho, 2.0) == pytest.approx(0.4, abs=1e-12)
 
 

@@ -1,7 +1,7 @@
 """A measurement of many small pieces, for the tests of who does them and what is kept of them."""
 
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
-from microsurf.trace import scheduler as ledger
+from microsurf.trace import scheduler
 
 PIECE = 2_000
 """Paths of a piece in these tests."""
@@ -9,7 +9,7 @@ PIECE = 2_000
 
 def many_pieces(monkeypatch):
     """Make pieces small in this process; whoever is sent one does what it says."""
-    monkeypatch.setattr(ledger, "PIECE", PIECE)
+    monkeypatch.setattr(scheduler, "PIECE", PIECE)
 
 
 def scene(*, by_error=False, kd=0.8, realisations=3):

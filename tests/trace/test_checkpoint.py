@@ -12,9 +12,7 @@ from small import PIECE, many_pieces, same, scene
 
 from microsurf.errors import InputError, MicrosurfError
 from microsurf.scene import Accuracy
-from microsurf.trace import checkpoint as keep
-from microsurf.trace import measure
-from microsurf.trace import work_items as pieces
+from microsurf.trace import checkpoint, measure, work_items
 from microsurf.trace.checkpoint import Keep
 from microsurf.trace.scheduler import Ledger
 
@@ -44,7 +42,7 @@ def stopped(monkeypatch, tmp_path):
 
 def test_what_is_written_is_read(tmp_path):
     piece = replace(a_piece(), paths=PIECE)
-    tally = pieces.run(piece)
+    tally = work_items.run(piece)
     kept = Keep(tmp_path / "k", scene(), None, 0, resume=False)
     kept.save(piece, tally)
     count, found = kept.load(piece)
@@ -85,8 +83,8 @@ def test_a_piece_that_is_not_whole_and_ours_is_traced_again(stopped, harm):
 
 def test_what_is_whole_and_ours_is_not_traced_again(stopped, monkeypatch):
     done = []
-    run = pieces.run
-    monkeypatch.setattr(pieces, "run", lambda piece: (done.append(piece), run(piece))[1])
+    run = work_items.run
+    monkeypatch.setattr(work_items, "run", lambda piece: (done.append(piece), run(piece))[1])
     measure(scene(), workers=1, keep=stopped, resume=True)
     assert 30 - 14 <= len(done) <= 30 - 11  # depth 2 may have finished
 
@@ -138,7 +136,7 @@ def test_a_run_killed_before_its_first_piece_leaves_nothing_to_resume(tmp_path, 
 
 
 def test_no_pieces_no_folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(pieces, "run", lambda _: (_ for _ in ()).throw(ValueError("no")))
+    monkeypatch.setattr(work_items, "run", lambda _: (_ for _ in ()).throw(ValueError("no")))
     with pytest.raises(MicrosurfError, match=r"failed \(ValueError: no\)"):
         measure(scene(), workers=1, keep=tmp_path / "parts")
     assert not (tmp_path / "parts").exists()
@@ -147,7 +145,7 @@ def test_no_pieces_no_folder(tmp_path, monkeypatch):
 def test_files_stay_few(tmp_path, monkeypatch):
     """However many pieces: one a lane that is finished, TOGETHER and those under way in others."""
     many_pieces(monkeypatch)
-    monkeypatch.setattr(keep, "TOGETHER", 4)
+    monkeypatch.setattr(checkpoint, "TOGETHER", 4)
     asked = replace(scene(realisations=2), accuracy=Accuracy(30 * PIECE))
     most, save = [], Keep.save
 
@@ -162,9 +160,9 @@ def test_files_stay_few(tmp_path, monkeypatch):
     left = sorted(tmp_path.glob("parts/0*.npz"))
     assert [path.name[:11] for path in left] == [f"0000{r}-0000{a}" for r in (0, 1) for a in (0, 1)]
     # All there is to do is to read them.
-    monkeypatch.setattr(pieces, "run", lambda _: pytest.fail("traced again"))
+    monkeypatch.setattr(work_items, "run", lambda _: pytest.fail("traced again"))
     assert same(measure(asked, workers=1, keep=tmp_path / "parts", resume=True), measured)
-    keep.clear(tmp_path / "parts")
+    checkpoint.clear(tmp_path / "parts")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -228,7 +226,7 @@ def test_a_folder_is_removed_only_once_nothing_in_it_is_open(tmp_path, monkeypat
         remove(path)
 
     monkeypatch.setattr(shutil, "rmtree", watched)
-    monkeypatch.setattr(pieces, "run", lambda _: (_ for _ in ()).throw(ValueError("no")))
+    monkeypatch.setattr(work_items, "run", lambda _: (_ for _ in ()).throw(ValueError("no")))
     with pytest.raises(MicrosurfError, match=r"failed \(ValueError: no\)"):
         measure(scene(), workers=1, keep=tmp_path / "parts")
     assert not (tmp_path / "parts").exists()

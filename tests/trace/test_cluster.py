@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from microsurf.errors import InputError
-from microsurf.results import dataset as result
+from microsurf.results import datasets
 from microsurf.scene import Accuracy, Light, Scene, Surface
 from microsurf.surface import generate_surface
 from microsurf.trace import cluster, measure
@@ -105,7 +105,7 @@ def test_a_cluster_comes_to_the_same_bits_and_loses_nothing_with_a_worker(two_wo
         printed, err = process.communicate(timeout=120)
     assert (process.returncode, err) == (0, "")
     assert json.loads(printed)["paths"] == float(here.paths.sum())
-    assert same(result.load(out), here)
+    assert same(datasets.load(out), here)
     two_workers.add_worker()
 
 

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from small import PIECE, many_pieces, scene
 
-from microsurf.results import uncertainty as precision
+from microsurf.results import uncertainty
 from microsurf.scene import Accuracy
-from microsurf.trace import measure
-from microsurf.trace import scheduler as ledger
-from microsurf.trace import work_items as pieces
+from microsurf.trace import measure, scheduler, work_items
 from microsurf.trace.scheduler import Ledger
 
 
@@ -19,7 +17,7 @@ def worked(asked, *, seed=0):
     book = Ledger(asked, None, seed, turn=True)
     shares = []
     for piece in book.wanted():
-        book.take(piece, pieces.run(piece))
+        book.take(piece, work_items.run(piece))
         shares.append(book.share_done())
     return book, shares
 
@@ -39,27 +37,29 @@ def test_an_error_asked_for_is_reached_and_not_by_chance_alone(monkeypatch):
     many_pieces(monkeypatch)
     asked = scene(by_error=True)
     book, shares = worked(asked)
-    assert precision.surplus(book.labelled(), asked) <= 1
+    assert uncertainty.surplus(book.labelled(), asked) <= 1
     assert len(book.lanes) >= asked.surface.realisations
     assert all(0 <= share <= 1 for share in shares)
     finer = replace(asked, accuracy=Accuracy(standard_error=3e-3, lobe_error=0.08))
     more, _ = worked(finer)
-    assert precision.surplus(more.labelled(), finer) <= 1
+    assert uncertainty.surplus(more.labelled(), finer) <= 1
     assert float(more.labelled().paths.sum()) > 1.3 * float(book.labelled().paths.sum())
 
 
 def test_who_asks_for_too_much_is_told_what_was_reached(monkeypatch):
     many_pieces(monkeypatch)
-    monkeypatch.setattr(ledger, "MOST_SURFACES", 4)
+    monkeypatch.setattr(scheduler, "MOST_SURFACES", 4)
     asked = replace(scene(), accuracy=Accuracy(standard_error=1e-4, lobe_error=1.0))
     asked = replace(asked, material=replace(asked.material, kd=(0.0,)))  # rays alone reach it
-    monkeypatch.setattr(precision, "surplus", lambda d, _: 9.0 if d.sizes["realisation"] > 1 else 1)
+    monkeypatch.setattr(
+        uncertainty, "surplus", lambda d, _: 9.0 if d.sizes["realisation"] > 1 else 1
+    )
     measured = measure(asked, workers=1)
     assert measured.sizes["realisation"] == 4
 
 
 def test_memory_bounds_the_realisations(monkeypatch):
-    monkeypatch.setattr(ledger.memory, "lobes_that_fit", lambda: 14)
+    monkeypatch.setattr(scheduler.memory, "lobes_that_fit", lambda: 14)
     assert Ledger(scene(by_error=True), None, 0, turn=True)._most == 7
 
 
@@ -72,7 +72,7 @@ def test_pieces_put_together_are_decided_upon_as_they_were_one_by_one(monkeypatc
     for done in (1, 3, 4, 5, last):
         again = Ledger(asked, None, 0, turn=True)
         first = next(again.wanted())
-        parts = [pieces.run(replace(first, number=k)) for k in range(done)]
+        parts = [work_items.run(replace(first, number=k)) for k in range(done)]
         total = parts[0]
         for part in parts[1:]:
             total += part
@@ -98,4 +98,4 @@ def test_a_piece_far_behind_holds_the_others_up(monkeypatch):
 
 @pytest.mark.parametrize("added", [4, 5, 100])
 def test_looks_are_ever_further_apart(added):
-    assert added < ledger._next_look(added) <= 1.25 * added + 1
+    assert added < scheduler._next_look(added) <= 1.25 * added + 1

@@ -3,8 +3,7 @@ import pytest
 from scipy import stats
 
 from microsurf.surface import Heightfield, facet_slopes, mesh
-from microsurf.trace import visibility
-from microsurf.trace import wavefront as paths
+from microsurf.trace import visibility, wavefront
 from microsurf.trace.beam import direction
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights, triangles
@@ -185,8 +184,8 @@ def test_as_points_of_facets_see_it(judge):
 def test_specular_is_that_of_the_tracer(theta, judge):
     tile, facets = made(bumps())
     found = see(tile, facets, theta, 10.0, seed=judge.seed(6))
-    facet = paths.Facet(1.5, interface=True, substrate=False, multiple_scattering=False)
-    traced = paths.trace(tile, theta, 10.0, facet, 64_000, np.random.default_rng(judge.seed(7)))
+    facet = wavefront.Facet(1.5, interface=True, substrate=False, multiple_scattering=False)
+    traced = wavefront.trace(tile, theta, 10.0, facet, 64_000, np.random.default_rng(judge.seed(7)))
     ours = found.specular.sum(axis=1)
     theirs = traced.batches[:, 0].sum(axis=1) / traced.batch_light
     error = np.hypot(ours.std(ddof=1), theirs.std(ddof=1)) / np.sqrt(BATCHES)

@@ -6,8 +6,8 @@ import pytest
 from scipy import stats
 
 from microsurf.physics import facet, fresnel
-from microsurf.results import dataset as result
-from microsurf.trace import wavefront as paths
+from microsurf.results import detector
+from microsurf.trace import wavefront
 from microsurf.trace.beam import direction, stratified_points
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights
@@ -15,9 +15,9 @@ from microsurf.trace.kernels import empty_space, fans
 from microsurf.trace.kernels.state import ENDS, empty_wave
 from microsurf.trace.plane import Plane
 
-IL = paths.Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
-MIRROR = paths.Facet(1.5, interface=True, substrate=False, multiple_scattering=True)
-LAMBERT = paths.Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
+IL = wavefront.Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
+MIRROR = wavefront.Facet(1.5, interface=True, substrate=False, multiple_scattering=True)
+LAMBERT = wavefront.Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
 
 
 def bumps(rows=48, columns=32, slope=1.0, seed=0):
@@ -36,7 +36,7 @@ def tile(heights):
 def follow(surface, theta, facets=IL, count=200_000, seed=1, phi=0.0):
     """Eight runs put together, each on a part of the tile."""
     parts = [
-        paths.trace(
+        wavefront.trace(
             surface,
             theta,
             phi,
@@ -87,7 +87,9 @@ CONDUCTORS = ((0.21, 3.272), (1.02, 2.577), (1.366, 7.4052), (0.5, 1e-3), (100.0
 @pytest.mark.parametrize("theta", [0, 60, 89.9])
 def test_all_light_is_accounted_for(facets, theta):
     """Rounding of 20 000 sums: 20 000 · 2⁻⁵³ at worst, its root as a rule."""
-    tally = paths.trace(tile(bumps(slope=2)), theta, 0.0, facets, 100_001, np.random.default_rng(1))
+    tally = wavefront.trace(
+        tile(bumps(slope=2)), theta, 0.0, facets, 100_001, np.random.default_rng(1)
+    )
     light = -(-100_001 // facets.branches)
     assert (tally.light, tally.paths) == (light, light * facets.branches)
     assert abs(tally.energy.sum() + tally.ended.sum() - light) <= 1e-12 * light
@@ -103,7 +105,7 @@ def test_a_flat_mesh_is_one_facet(theta, n):
     """Specular and body shares of one facet, in closed form."""
     flat = tile(np.zeros((8, 8)))
     for surface in (flat, Plane()):
-        facets = paths.Facet(n, n > 1, substrate=True, multiple_scattering=True)
+        facets = wavefront.Facet(n, n > 1, substrate=True, multiple_scattering=True)
         tally = follow(surface, theta, facets)
         assert tally.energy[1:].sum() == 0
         body = tally.energy[0, 1].sum() / tally.light
@@ -111,7 +113,7 @@ def test_a_flat_mesh_is_one_facet(theta, n):
         assert abs(body - expected) <= 1e-12  # light is split, not drawn
         mirror = tally.energy[0, 0]
         assert mirror.sum() == mirror[
-            result.ring_of(theta), result.SECTORS // 2 if theta else 0
+            detector.ring_of(theta), detector.SECTORS // 2 if theta else 0
         ] or (theta == 0)
 
 
@@ -121,9 +123,9 @@ def test_body_events_leave_as_transmission_times_cosine(n):
 
     n = 5 lies where T is not largest at normal incidence. A cosine lobe is told apart.
     """
-    facets = paths.Facet(n, n > 1, substrate=True, multiple_scattering=True)
+    facets = wavefront.Facet(n, n > 1, substrate=True, multiple_scattering=True)
     tally = follow(Plane(), 30, facets, count=8000)
-    edges = np.cos(np.radians(result.RING_EDGES))
+    edges = np.cos(np.radians(detector.RING_EDGES))
     nodes, weights = np.polynomial.legendre.leggauss(20)
     middle, half = (edges[:-1] + edges[1:]) / 2, (edges[:-1] - edges[1:]) / 2
     mu = middle[:, None] + half[:, None] * nodes
@@ -146,15 +148,15 @@ def test_azimuth_of_light_and_detector():
         tally = follow(surface, 20, MIRROR, phi=phi, count=400_000)
         first = tally.energy[0, 0]
         ring, sector = np.unravel_index(np.argmax(first), first.shape)
-        expected = result.SECTORS // 2 if signed > 0 else 0
-        assert (ring, sector) == (result.ring_of(abs(signed)), expected), phi
+        expected = detector.SECTORS // 2 if signed > 0 else 0
+        assert (ring, sector) == (detector.ring_of(abs(signed)), expected), phi
 
 
 def test_sectors_are_counted_from_where_is_asked():
     """Three sectors further on, the same rays."""
     surface, light = tile(bumps()), (60.0, 30.0, MIRROR, 2000)
     from_light, from_x = (
-        paths.trace(surface, *light, np.random.default_rng(1), azimuth=azimuth)
+        wavefront.trace(surface, *light, np.random.default_rng(1), azimuth=azimuth)
         for azimuth in (None, 0.0)
     )
     np.testing.assert_array_equal(np.roll(from_light.energy, 3, axis=-1), from_x.energy)
@@ -193,7 +195,7 @@ class FarSide:
 
 
 def lit(surface):
-    return paths.trace(surface, 80, 0.0, IL, 1000, np.random.default_rng(1))
+    return wavefront.trace(surface, 80, 0.0, IL, 1000, np.random.default_rng(1))
 
 
 def test_grazing_a_ridge_loses_nothing():
@@ -229,7 +231,7 @@ class Hole(FarSide):
 
 
 def test_light_from_the_zenith_that_falls_through_a_vertex_is_sent_again():
-    through = paths.trace(Hole(0, 0, times=2), 0, 0.0, IL, 1000, np.random.default_rng(1))
+    through = wavefront.trace(Hole(0, 0, times=2), 0, 0.0, IL, 1000, np.random.default_rng(1))
     assert through.leaks == 500
     assert not through.lost.any()
 
@@ -286,7 +288,7 @@ def first_facet(surface, origins, incident):
 
 def test_single_scattering_leaves_out_second_facets(judge):
     surface = tile(bumps())
-    alone = paths.Facet(1.5, interface=True, substrate=True, multiple_scattering=False)
+    alone = wavefront.Facet(1.5, interface=True, substrate=True, multiple_scattering=False)
     whole = follow(surface, 60, seed=judge.seed(1))
     single = follow(surface, 60, alone, seed=judge.seed(2))
     assert single.energy[1:].sum() == 0
@@ -301,7 +303,8 @@ def test_single_scattering_leaves_out_second_facets(judge):
 def test_tallies_add_up():
     surface = tile(bumps())
     a, b = (
-        paths.trace(surface, 30, 0.0, IL, count, np.random.default_rng(1)) for count in (3, 50_000)
+        wavefront.trace(surface, 30, 0.0, IL, count, np.random.default_rng(1))
+        for count in (3, 50_000)
     )
     total = a + b
     assert (a.light, b.light) == (2, 25_000)
@@ -322,7 +325,7 @@ def test_batches_know_the_error_of_a_sum(judge):
         functools.reduce(
             operator.add,
             (
-                paths.trace(
+                wavefront.trace(
                     surface,
                     60,
                     0.0,

@@ -22,8 +22,7 @@ from tqdm import tqdm
 from microsurf import generate_surface, model
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 from microsurf.surface.heightfield import mesh
-from microsurf.trace import wavefront as paths
-from microsurf.trace import work_items as pieces
+from microsurf.trace import wavefront, work_items
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import from_heights
 from microsurf.trace.plane import Plane
@@ -73,9 +72,9 @@ def traced(gamma: float, sigma: float, cells: int) -> Callable[[Scene, int], Cos
     tile = EmbreeTile(from_heights(made.heights, made.flipped))
 
     def run(scene: Scene, turn: int) -> Cost:
-        facet = pieces.facet_of(scene)
+        facet = work_items.facet_of(scene)
         meets = tile if scene.requires.roughness else Plane()
-        tally = paths.trace(
+        tally = wavefront.trace(
             meets, THETA, 0.0, facet, LIGHT_RAYS * facet.branches, np.random.default_rng(turn)
         )
         seconds, inside = tally.seconds
@@ -133,7 +132,7 @@ def _spread(cost: str, ratios: list[float]) -> dict[str, float]:
 
 def measure() -> list[dict[str, object]]:
     """All engines."""
-    paths.time = _Clock  # type: ignore[misc, assignment]
+    wavefront.time = _Clock  # type: ignore[misc, assignment]
     rows = []
     for gamma, sigma, cells in MESHES:
         scene = Scene(roughness=Roughness(gamma, (sigma,)), light=Light((THETA,)))

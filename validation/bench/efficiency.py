@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from microsurf.results import dataset as result
+from microsurf.results import detector
 
 Array = NDArray[np.float64]
 
@@ -23,13 +23,13 @@ BRIGHT_BIN = 3
 CONFIDENCE = 0.95
 RESAMPLES = 400
 
-_ORDERS = [f"{order}" for order in result.ORDERS[:-1]] + [f"{result.ORDERS[-1]}+"]
+_ORDERS = [f"{order}" for order in detector.ORDERS[:-1]] + [f"{detector.ORDERS[-1]}+"]
 FIGURES = (
     "total albedo",
     *(f"albedo of order {order}" for order in _ORDERS),
-    *(f"{kind} albedo of order {order}" for kind in result.KINDS for order in _ORDERS),
+    *(f"{kind} albedo of order {order}" for kind in detector.KINDS for order in _ORDERS),
 )
-LOBES = tuple(f"bins of the order-1 {kind} lobe" for kind in result.KINDS)
+LOBES = tuple(f"bins of the order-1 {kind} lobe" for kind in detector.KINDS)
 
 
 def figures(flux: Array) -> Array:

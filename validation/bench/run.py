@@ -21,7 +21,7 @@ from tqdm import tqdm
 from microsurf import generate_surface, write_surface
 from microsurf.errors import MicrosurfError
 
-from ..mitsuba import renderer as mitsuba
+from ..mitsuba import renderer
 from . import efficiency, growth, report
 from .rows import Row, of_ratio
 from .sides import KD, Player, Turn
@@ -274,7 +274,7 @@ def main() -> None:
     arguments = parser.parse_args()
     effort = QUICK if arguments.quick else FULL
     try:
-        mitsuba.load()
+        renderer.load()
     except MicrosurfError as error:
         sys.exit(f"bench: {error}")
     rows = [row for mesh in effort.meshes for row in agree(mesh, effort)]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
 from microsurf.surface import Heightfield, read_surface
 
-from ..mitsuba import renderer as mitsuba
+from ..mitsuba import renderer
 
 Array = NDArray[np.float64]
 
@@ -84,10 +84,9 @@ class Ours:
         fixed: bool = False,
     ) -> None:
         from microsurf import measure  # noqa: PLC0415 - theirs must not pay
-        from microsurf.results import albedo as summary  # noqa: PLC0415 - theirs must not pay
-        from microsurf.results import dataset as result  # noqa: PLC0415 - theirs must not pay
+        from microsurf.results import albedos, datasets  # noqa: PLC0415 - theirs must not pay
 
-        self._measure, self._result, self._summary = measure, result, summary
+        self._measure, self._datasets, self._albedos = measure, datasets, albedos
         self._surface, self._workers = surface, workers
         self._sigma = (sigma, sigma * (1 + 1e-6)) if fixed else (sigma,)
 
@@ -108,17 +107,17 @@ class Ours:
             light_rays=round(rays),
             paths=round(float(found.paths.sum())),
             seconds=float(found.attrs["seconds"]),
-            lost=rays * float(self._summary.lost_light(found).mean()),
+            lost=rays * float(self._albedos.lost_light(found).mean()),
             embree_ratio=float(found.attrs["embree_ratio"]),
         )
 
     def batch(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Batch:
         """See `Side`."""
         found = self._run(thetas, kd, paths, seed)
-        energy = self._result.by_kind(found.flux, N, kd).isel(realisation=0, phi_i=0)
-        energy = energy.reindex(order=list(self._result.ORDERS), fill_value=0.0)
+        energy = self._datasets.by_kind(found.flux, N, kd).isel(realisation=0, phi_i=0)
+        energy = energy.reindex(order=list(self._datasets.ORDERS), fill_value=0.0)
         flux = energy.transpose("theta_i", "order", "kind", "theta_o", "phi_o").values
-        lost = self._summary.lost_light(found).isel(phi_i=0).values
+        lost = self._albedos.lost_light(found).isel(phi_i=0).values
         rays = float(found.light_rays.sum()) / len(thetas)
         return Batch(np.asarray(flux), np.asarray(lost), rays)
 
@@ -128,23 +127,23 @@ class Theirs:
 
     def __init__(self, surface: Heightfield) -> None:
         self._surface = surface
-        self._tiles: dict[tuple[float, bool], mitsuba.MitsubaTile] = {}
+        self._tiles: dict[tuple[float, bool], renderer.MitsubaTile] = {}
         self._seen: set[str] = set()
         self._tile(KD, robust=True)
 
-    def _tile(self, kd: float, *, robust: bool) -> mitsuba.MitsubaTile:
+    def _tile(self, kd: float, *, robust: bool) -> renderer.MitsubaTile:
         key = (kd, robust)
         if key not in self._tiles:
             # At Kd = 1 its own energy error is asked for.
-            reflectance = mitsuba.same_body(N, kd) if kd < 1 else 1.0
-            self._tiles[key] = mitsuba.MitsubaTile(self._surface, N, reflectance, robust=robust)
+            reflectance = renderer.same_body(N, kd) if kd < 1 else 1.0
+            self._tiles[key] = renderer.MitsubaTile(self._surface, N, reflectance, robust=robust)
         return self._tiles[key]
 
     def turn(self, theta: float, paths: int, seed: int, variant: str = "") -> Turn:
         """See `Side`."""
         tile = self._tile(KD, robust=variant != "default")
         ordered = variant != "independent"
-        launch = min(mitsuba.BATCH, paths)
+        launch = min(renderer.BATCH, paths)
         if variant not in self._seen:
             tile.trace(theta, launch, 0, ordered=ordered)
             self._seen.add(variant)

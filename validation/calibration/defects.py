@@ -15,17 +15,16 @@ import numpy as np
 from numba import njit
 
 from microsurf import model
-from microsurf.model.random_walk import evaluate as walk_evaluate
+from microsurf.model.random_walk import evaluate
 from microsurf.model.random_walk.parameters import Facet, Law, facet_of, law_of
 from microsurf.physics import facet, fresnel, smith
-from microsurf.results import albedo as summary
+from microsurf.results import albedos
 from microsurf.scene import Light, Material, Roughness, Scene
-from microsurf.stats import hypothesis_tests as significance
+from microsurf.stats import hypothesis_tests
 from microsurf.surface import Heightfield, generate_surface, surface_statistics
-from microsurf.trace import wavefront as paths
+from microsurf.trace import wavefront
 from microsurf.trace.embree import EmbreeTile
-from microsurf.trace.kernels import intersection as meeting
-from microsurf.trace.kernels import scatter as events
+from microsurf.trace.kernels import intersection, scatter
 from microsurf.trace.wavefront import Tally
 
 from ..gridwalk.check import IL, ordinary
@@ -102,7 +101,7 @@ def facet_by_evaluation(seed: int, defect: str = "", kd: float = KD) -> float:
         values = values * N**2
     exact = float(fresnel.transmittance(cos_i, N) * facet.body_weight(N, kd))
     error = values.std(ddof=1) / np.sqrt(DIRECTIONS)
-    return float(significance.z_test(values.mean(), exact, error))
+    return float(hypothesis_tests.z_test(values.mean(), exact, error))
 
 
 def direction(theta: float, phi: float) -> np.ndarray:
@@ -143,12 +142,12 @@ def walk_against_quadrature(seed: int, defect: str = "") -> float:
         right = facet_of(scene, kd)
         return _wrong_facet(right, defect) if defect in {"F", "T", "r_i"} else right
 
-    with patch.multiple(walk_evaluate, law_of=law, facet_of=of_facet):
+    with patch.multiple(evaluate, law_of=law, facet_of=of_facet):
         rng = np.random.default_rng(seed)
-        f, se = walk_evaluate.evaluate_walk(SMITH, i, o, "smith-walk", WALKS, rng, (1, 1))
+        f, se = evaluate.evaluate_walk(SMITH, i, o, "smith-walk", WALKS, rng, (1, 1))
     # The table of Λ is good to 1e−10: 1e−9 covers what it leaves.
     errors = np.hypot([se.specular, se.body], 1e-9 * exact)
-    return significance.sidak(significance.z_test([f.specular, f.body], exact, errors))
+    return hypothesis_tests.sidak(hypothesis_tests.z_test([f.specular, f.body], exact, errors))
 
 
 def white_furnace(seed: int, cap: int = walks.MOST_EVENTS) -> float:
@@ -158,7 +157,7 @@ def white_furnace(seed: int, cap: int = walks.MOST_EVENTS) -> float:
     )
     with patch.object(walks, "MOST_EVENTS", cap):
         walked = walks.walk(asked, walks=20_000, seed=seed, workers=1)
-    return float(abs(summary.quantity(walked, "total", N, 1.0).item() - 1) < ROUNDING)
+    return float(abs(albedos.quantity(walked, "total", N, 1.0).item() - 1) < ROUNDING)
 
 
 def slope_quantiles(seed: int, factor: float = 1.0) -> float:
@@ -187,9 +186,9 @@ class Offset:
         self._embree, self._exact = EmbreeTile(grid), GridWalk(grid)
         options = {"nogil": True, "error_model": "numpy", "_nrt": False}
         inlined = njit(inline="always", **options)
-        meet = inlined(_with(meeting.meet, OFFSET=factor * meeting.OFFSET))
-        arrival = inlined(_with(meeting.arrival, meet=meet))
-        self._take = njit(**options)(_with(events.take_events, arrival=arrival))
+        meet = inlined(_with(intersection.meet, OFFSET=factor * intersection.OFFSET))
+        arrival = inlined(_with(intersection.arrival, meet=meet))
+        self._take = njit(**options)(_with(scatter.take_events, arrival=arrival))
         self._waves = 0
 
     def _counted(self, *arguments: Any) -> Any:
@@ -199,14 +198,14 @@ class Offset:
             raise EndlessPathError
         return self._take(*arguments)
 
-    def _run(self, tile: paths.Tile, seed: int, call: int) -> Tally:
+    def _run(self, tile: wavefront.Tile, seed: int, call: int) -> Tally:
         self._waves = 0
         rng = np.random.Generator(np.random.SFC64([seed, call]))
-        return paths.trace(tile, 60.0, 17.0, IL, self.LIGHT * IL.branches, rng)
+        return wavefront.trace(tile, 60.0, 17.0, IL, self.LIGHT * IL.branches, rng)
 
     def lost(self, seed: int) -> float:
         """No path is lost or goes on for ever, and no ray is sent again."""
-        with patch.object(paths, "take_events", self._counted):
+        with patch.object(wavefront, "take_events", self._counted):
             try:
                 tallies = [self._run(self._embree, seed, call) for call in range(self.CALLS)]
             except EndlessPathError:
@@ -217,7 +216,7 @@ class Offset:
         """The same light in the same bins as with float64, all but one call of 30."""
         differ = 0
         for call in range(self.CALLS):
-            with patch.object(paths, "take_events", self._counted):
+            with patch.object(wavefront, "take_events", self._counted):
                 seen = self._run(self._embree, seed, call)
             exact = self._run(self._exact, seed, call)
             events_ = min(seen.energy.shape[1], exact.energy.shape[1])

@@ -24,13 +24,13 @@ from scipy import stats
 from tqdm import tqdm
 
 from microsurf import measure, model
-from microsurf.analysis.error_budget import assemble as budget
+from microsurf.analysis.error_budget import assemble
 from microsurf.analysis.error_budget.regions import FIRST, HIGHER, TOTAL
 from microsurf.analysis.error_budget.terms import Case, split
 from microsurf.cli.save import rounded, save
 from microsurf.physics.facet import body_weight
 from microsurf.physics.fresnel import internal_diffuse_reflectance
-from microsurf.results import dataset as result
+from microsurf.results import detector
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import Heightfield, surfaces_of
 
@@ -65,7 +65,7 @@ def r_i_too_high(predicted: Predicted) -> Predicted:
     factor = KD * (1 - r) / (1 - KD * r) / float(body_weight(N, KD))
 
     def wrong(data: xr.Dataset) -> xr.Dataset:
-        b = result.BODY_EVENTS[: data.sizes["body_events"]]
+        b = detector.BODY_EVENTS[: data.sizes["body_events"]]
         return data.assign(flux=data.flux * xr.DataArray(factor**b, dims="body_events"))
 
     first, walk = predicted
@@ -88,7 +88,7 @@ def defects(gamma: float) -> Iterator[tuple[str, str, list[Case], list[Case]]]:
         seen: xr.Dataset, of: list[Heightfield], asked: Scene = scene, own: Predicted = predicted
     ) -> list[Case]:
         theory = None if own is predicted else predicted
-        found = budget.cases_of(asked, seen, own, of, theory=theory, walks=SLOPE_WALKS)
+        found = assemble.cases_of(asked, seen, own, of, theory=theory, walks=SLOPE_WALKS)
         return list(found.values())
 
     before = cases(measured, surfaces)

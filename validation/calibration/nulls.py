@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import fft
 
-from microsurf.stats import correlated_ks as correlated
-from microsurf.stats import hypothesis_tests as significance
+from microsurf.stats import correlated_ks, hypothesis_tests
 
 from . import defects
 
@@ -31,7 +30,7 @@ def gaussian_slopes(seed: int, scale: float = 1.0) -> np.ndarray:
 def z_of_mean(seed: int, shift: float = 0.0) -> float:
     """Mean of 25 normal numbers, ``shift`` standard deviations off."""
     values = np.random.default_rng(seed).standard_normal(25) + shift
-    return float(significance.z_test(values.mean(), 0, 1 / 5))
+    return float(hypothesis_tests.z_test(values.mean(), 0, 1 / 5))
 
 
 def sparse(seed: int, ratio: float = 0.9, *, total_fixed: bool = True) -> float:
@@ -43,17 +42,17 @@ def sparse(seed: int, ratio: float = 0.9, *, total_fixed: bool = True) -> float:
         seen = rng.multinomial(3000, drawn / drawn.sum())
     else:
         seen = rng.poisson(3000 * drawn / drawn.sum())
-    return significance.chi_square(seen, expected, total_fixed=total_fixed)
+    return hypothesis_tests.chi_square(seen, expected, total_fixed=total_fixed)
 
 
 def family(seed: int) -> np.ndarray:
     """Twelve p-values."""
-    return significance.z_test(np.random.default_rng(seed).standard_normal(12), 0, 1)
+    return hypothesis_tests.z_test(np.random.default_rng(seed).standard_normal(12), 0, 1)
 
 
 def field(seed: int, scale: float = 1.0) -> float:
     """Slopes of a field of 32 correlation lengths a side against their distribution."""
-    return correlated.field_ks(
+    return correlated_ks.field_ks(
         gaussian_slopes(seed, scale), np.random.default_rng([seed, 1])
     ).p_value
 
@@ -62,8 +61,8 @@ NULLS: dict[str, Callable[[int], float]] = {
     "z-test of a mean": z_of_mean,
     "chi-square, pooled, total fixed": sparse,
     "chi-square, pooled, Poisson": lambda seed: sparse(seed, total_fixed=False),
-    "Šidák over 12": lambda seed: significance.sidak(family(seed)),
-    "Holm over 12": lambda seed: float(significance.holm(family(seed)).min()),
+    "Šidák over 12": lambda seed: hypothesis_tests.sidak(family(seed)),
+    "Holm over 12": lambda seed: float(hypothesis_tests.holm(family(seed)).min()),
     "KS of correlated facets": field,
     "facet by evaluation": defects.facet_by_evaluation,
     "walk against quadrature": defects.walk_against_quadrature,

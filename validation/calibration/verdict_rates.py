@@ -16,7 +16,7 @@ import numpy as np
 from tqdm import tqdm
 
 from microsurf.analysis.comparison import CONFIDENCE, decide, half_width
-from microsurf.results import albedo as summary
+from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import generate_surface
 from microsurf.trace import measure
@@ -40,8 +40,8 @@ def population(gamma: float) -> dict[str, tuple[np.ndarray, float]]:
     measured = measure(scene, made, seed=5)
     found = {}
     for name in ("specular", "body", "total"):
-        values = summary.quantity(measured, name, 1.5, 0.8).values.ravel()
-        noise = summary.ray_error(measured, name, 1.5, 0.8).values.ravel()
+        values = albedos.quantity(measured, name, 1.5, 0.8).values.ravel()
+        noise = albedos.ray_error(measured, name, 1.5, 0.8).values.ravel()
         found[name] = values, float(np.sqrt(np.mean(noise**2)))
     return found
 

@@ -1,4 +1,4 @@
-"""How far `model.approximate` is from the quadrature of `model.single`, as a table and a figure.
+"""Error of the closed form of the body integral against its quadrature: a table and a figure.
 
     python -m validation.figures.approximate_error          # writes both into reports/gallery
     python -m validation.figures.approximate_error --fit    # fits the constants of SPREAD again
@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from microsurf.model.directions import direction
-from microsurf.model.single_scattering import body_closed_form as approximate
-from microsurf.model.single_scattering import brdf as single
+from microsurf.model.single_scattering import body_closed_form, brdf
 from microsurf.model.single_scattering.facets import Facets
 
 Array = NDArray[np.float64]
@@ -47,8 +46,8 @@ def errors(facets: Facets, theta_i: float) -> tuple[float, float]:
     """Rms relative error of f_b and relative error of the albedo, in %, at θ_i in degrees."""
     o, flux = hemisphere()
     i = np.broadcast_to(direction(np.radians(theta_i), 0.0), o.shape)
-    exact = single.body(facets, i, o, REFINEMENT)
-    value = approximate.body(facets, i, o)
+    exact = brdf.body(facets, i, o, REFINEMENT)
+    value = body_closed_form.body(facets, i, o)
     rms = np.sqrt(np.sum(flux * (value / exact - 1) ** 2))
     return 100 * float(rms), 100 * float(np.sum(flux * value) / np.sum(flux * exact) - 1)
 
@@ -103,17 +102,17 @@ def fit() -> None:
         """Mean of T T over the facets, apart from 1/(1 − r_e)."""
         return [body(facets, i, o, *more) / body(bare, i, o, *more) for facets, bare in design]
 
-    exact = quotient(single.body, REFINEMENT)
+    exact = quotient(brdf.body, REFINEMENT)
 
     def residuals(constants: Array) -> Array:
-        found = quotient(approximate.body, approximate.Spread(*constants))
+        found = quotient(body_closed_form.body, body_closed_form.Spread(*constants))
         return np.concatenate(
             [weight * (v / e - 1) for v, e in zip(found, exact, strict=True)]
         ) / np.sqrt(len(design))
 
     best = least_squares(residuals, [1.0, 0.5, 0.0, 1.0], diff_step=1e-4)
     residual = 100 * np.linalg.norm(best.fun)
-    print(approximate.Spread(*best.x.tolist()), f"rms residual {residual:.2f} %")  # noqa: T201
+    print(body_closed_form.Spread(*best.x.tolist()), f"rms residual {residual:.2f} %")  # noqa: T201
 
 
 def main() -> None:

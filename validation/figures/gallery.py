@@ -21,7 +21,7 @@ from microsurf import generate_surface, measure, model, predict
 from microsurf.physics import metals
 from microsurf.report.figures.bands import cut
 from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
-from microsurf.results import dataset as result
+from microsurf.results import datasets, detector
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 
 OUT = Path(__file__).parents[2] / "reports" / "gallery"
@@ -251,11 +251,11 @@ def _looked_up(asked: Scene, i: np.ndarray, o: np.ndarray) -> np.ndarray:
     asked = replace(asked, light=Light(thetas), surface=replace(asked.surface, realisations=2))
     traced = measure(asked, progress=True)
     material = asked.material
-    density = result.brdf(result.by_kind(traced.flux, material.n, material.kd[0]))
+    density = datasets.brdf(datasets.by_kind(traced.flux, material.n, material.kd[0]))
     density = density.sum(("order", "kind")).mean("realisation").isel(phi_i=0, drop=True)
     density = (density + density.roll(phi_o=-1).isel(phi_o=slice(None, None, -1)).values) / 2
     wrapped = density.pad(phi_o=(0, 1), mode="wrap")
-    wrapped = wrapped.assign_coords(phi_o=np.arange(result.SECTORS + 1) * 360 / result.SECTORS)
+    wrapped = wrapped.assign_coords(phi_o=np.arange(detector.SECTORS + 1) * 360 / detector.SECTORS)
     theta_i, theta_o = (np.degrees(np.arccos(np.minimum(w[:, 2], 1))) for w in (i, o))
     turn = np.degrees(np.arctan2(o[:, 1], o[:, 0]) - np.arctan2(i[:, 1], i[:, 0])) % 360
     at = {"theta_i": np.minimum(theta_i, thetas[-1]), "theta_o": theta_o, "phi_o": turn}

@@ -28,7 +28,7 @@ from tqdm import tqdm
 
 from microsurf import generate_surface
 from microsurf.physics import facet
-from microsurf.results import dataset as result
+from microsurf.results import detector
 from microsurf.surface.heightfield import mesh
 from microsurf.trace.embree import EmbreeTile, Hits, Rays
 from microsurf.trace.grid import MARGIN, Grid, from_heights, triangles
@@ -182,7 +182,7 @@ def facets(light: int) -> list[dict[str, float | str]]:
 def albedo(tally: Tally) -> float:
     """Total albedo at Kd."""
     light = tally.energy.sum(axis=(0, 2, 3))
-    weights = WEIGHT ** result.BODY_EVENTS[: len(light)] * IL.path_weight(len(light))
+    weights = WEIGHT ** detector.BODY_EVENTS[: len(light)] * IL.path_weight(len(light))
     return float(light @ weights) / tally.light
 
 

@@ -28,7 +28,7 @@ THETAS = (0.0, 60.0, 80.0, 89.0)
 LIGHT = 10_000
 REPEATS = 20
 STRIP = 0.5  # units, either side: leaks have been seen up to 0.15
-GRAZE = 1e-4  # of a weight: nearer to its edge `trace.meeting` takes a back facet for a graze
+GRAZE = 1e-4  # of a weight: nearer to its edge the tracer takes a back facet for a graze
 _STEEP = 1e-3  # cosine of incidence below which the strip grows no longer
 
 

@@ -9,7 +9,7 @@ breaks the ray is in that triangle, and a ray that was above and is below has ch
 somewhere. So nothing can fall between two triangles, whatever the rounding.
 
 A ray that starts below meets the back of a triangle, where g rises to zero, as in Embree;
-`trace.meeting` calls such a path lost ("behind") unless it is a graze. Touching is meeting:
+the tracer calls such a path lost ("behind") unless it is a graze. Touching is meeting:
 g = 0 at a break or at the start is a hit there, also for a ray that lies in the facet,
 which Embree passes by. A ray that comes in from the tile's side below the surface is below.
 
@@ -43,7 +43,7 @@ class Meetings:
 
 
 class GridWalk:
-    """A tile for `trace.paths.trace`, in the place of `EmbreeTile`."""
+    """A tile for `trace.wavefront.trace`, in the place of `EmbreeTile`."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid

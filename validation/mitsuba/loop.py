@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from microsurf.results import dataset as result
+from microsurf.results import detector
 
 from .period import MARGIN, Period
 
@@ -26,7 +26,7 @@ Mitsuba's own spawn_ray steps 1500 · 2^−24 of them: on a tile of 128 cells th
 """
 
 _BELOW, _BEHIND, _WRAPPED = range(3)
-_KINDS = len(result.KINDS)
+_KINDS = len(detector.KINDS)
 
 
 def follow(
@@ -45,10 +45,10 @@ def follow(
     tilt = np.radians(theta)
     incident = mi.Vector3f(float(-np.sin(tilt)), 0.0, float(-np.cos(tilt)))
     dr.make_opaque(incident)  # one kernel for all angles
-    shape = (len(result.ORDERS), _KINDS, result.RINGS, result.SECTORS)
+    shape = (len(detector.ORDERS), _KINDS, detector.RINGS, detector.SECTORS)
     bins = dr.zeros(mi.Float, int(np.prod(shape)))
     lost = dr.zeros(mi.UInt32, 3)
-    ring_edges = mi.Float(result.RING_EDGES.astype(np.float32))
+    ring_edges = mi.Float(detector.RING_EDGES.astype(np.float32))
     context = mi.BSDFContext()
     x, y = _unit_square(sampler, bits, ordered=ordered)
     left, front = float(-(period.columns // 2)), float(-(period.rows // 2))
@@ -90,8 +90,8 @@ def follow(
         ray = dr.select(event, spawned, ray)
         ray.o = dr.select(wrapped, out, ray.o)
 
-        place = (dr.minimum(order, len(result.ORDERS)) - 1) * _KINDS + dr.select(is_body, 1, 0)
-        place = (place * result.RINGS + _ring(ray.d, ring_edges)) * result.SECTORS
+        place = (dr.minimum(order, len(detector.ORDERS)) - 1) * _KINDS + dr.select(is_body, 1, 0)
+        place = (place * detector.RINGS + _ring(ray.d, ring_edges)) * detector.SECTORS
         dr.scatter_add(bins, weight, place + _sector(ray.d), escaped & (order > 0))
         for cause, here in ((_BELOW, below), (_BEHIND, behind), (_WRAPPED, tired)):
             dr.scatter_add(lost, mi.UInt32(1), mi.UInt32(cause), here)
@@ -122,18 +122,18 @@ def _to_side(ray: Any, left: float, front: float, period: Period) -> Any:
 
 
 def _ring(direction: Any, edges: Any) -> Any:
-    """Index of the ring of `microsurf.results.dataset` that the direction lies in."""
+    """Index of the ring of `microsurf.results.datasets` that the direction lies in."""
     theta = dr.rad2deg(dr.safe_acos(direction.z))
-    last = result.RINGS - 1
+    last = detector.RINGS - 1
     above = dr.binary_search(0, last, lambda k: dr.gather(mi.Float, edges, k + 1) <= theta)
     return dr.minimum(above, last)
 
 
 def _sector(direction: Any) -> Any:
     """Index of the sector, about φ_o − φ_i of whole multiples of 10°."""
-    turn = dr.atan2(direction.y, direction.x) / dr.two_pi * result.SECTORS
+    turn = dr.atan2(direction.y, direction.x) / dr.two_pi * detector.SECTORS
     whole = mi.Int32(dr.floor(turn + 0.5))
-    return mi.UInt32(dr.select(whole < 0, whole + result.SECTORS, whole))
+    return mi.UInt32(dr.select(whole < 0, whole + detector.SECTORS, whole))
 
 
 def _even_bits(code: Any) -> Any:

@@ -75,7 +75,7 @@ class Traced:
     Attributes
     ----------
     flux : ndarray, shape (orders, kinds, rings, sectors)
-        Part of the incident power that leaves into each bin of `microsurf.results.dataset`.
+        Part of the incident power that leaves into each bin of `microsurf.results.datasets`.
     lost : dict
         Paths lost, by cause: beneath the tile, onto a triangle's back, round the period
         too often.

@@ -25,13 +25,12 @@ from tqdm import tqdm
 from microsurf import measure, predict
 from microsurf.files import whole_file
 from microsurf.model import walk
-from microsurf.results import albedo as summary
-from microsurf.results import dataset as result
+from microsurf.results import albedos as summary
+from microsurf.results import detector
 from microsurf.scene import STRUCTURES, Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surface_of, surface_statistics
 
-from . import figures as atlas_figures
-from . import text as atlas_text
+from . import figures, text
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -105,11 +104,11 @@ def quantities(dataset: xr.Dataset, name: str) -> Array:
     if name != "mirror":
         return np.asarray(summary.quantity(dataset, name, N, KD).isel(phi_i=0))
     first = dataset.flux.isel(phi_i=0, body_events=0).sel(order=1)
-    middle = result.SECTORS // 2
+    middle = detector.SECTORS // 2
     columns = [
         first.isel(
             theta_i=k,
-            theta_o=slice(max(result.ring_of(theta) - 1, 0), result.ring_of(theta) + 2),
+            theta_o=slice(max(detector.ring_of(theta) - 1, 0), detector.ring_of(theta) + 2),
             phi_o=slice(middle - 1, middle + 2),
         ).sum(("theta_o", "phi_o"))
         for k, theta in enumerate(THETAS)
@@ -245,8 +244,8 @@ def main() -> None:
     write(OUT / "surfaces.csv", [realised(case) for case in done])
     known = [row for case in done for row in measured(case)]
     write(OUT / "atlas.csv", known + read(theories))
-    atlas_figures.write(read(OUT / "atlas.csv"), OUT)
-    atlas_text.write(read(OUT / "atlas.csv"), OUT)
+    figures.write(read(OUT / "atlas.csv"), OUT)
+    text.write(read(OUT / "atlas.csv"), OUT)
 
 
 if __name__ == "__main__":

@@ -21,11 +21,11 @@ from typing import Any
 
 from scipy import stats
 
-from microsurf.analysis.tradeoff import pareto as ladder
+from microsurf.analysis.tradeoff import pareto
 from microsurf.analysis.tradeoff.effort import EFFORTS
 from microsurf.analysis.tradeoff.study import Tradeoff, tradeoff
 from microsurf.cli.save import Content, rounded, save
-from microsurf.report.figures import pareto_all as frontiers_plot
+from microsurf.report.figures import pareto_all
 from microsurf.report.figures.pareto import rows, within
 from microsurf.scene import Light, Scene
 from microsurf.scene.builtin import built_in_scenes
@@ -37,7 +37,7 @@ OUT = Path(__file__).parents[2] / "reports" / "tradeoff"
 KEPT = LATEST / "frontiers"
 SEEDS = 3000, 4000  # apart from the report's own and from repeat.py's
 ANGLES = 30.0, 60.0
-CHANCE = 2 * ((1 - ladder.CONFIDENCE) / 2) ** 2
+CHANCE = 2 * ((1 - pareto.CONFIDENCE) / 2) ** 2
 """That two runs tell two equal rungs apart, and in opposite order."""
 Row = dict[str, Any]
 Pairs = list[list[str]]
@@ -58,7 +58,7 @@ def told(found: Tradeoff) -> dict[str, dict[str, Pairs]]:
                 [a.name, b.name]
                 for a in points
                 for b in points
-                if a is not b and ladder.worse(a.squared, b.squared)
+                if a is not b and pareto.worse(a.squared, b.squared)
             ],
             "cost": [[a.name, b.name] for a in points for b in points
                      if a.seconds_low > b.seconds_high],
@@ -185,8 +185,8 @@ def main(words: Sequence[str] | None = None) -> int:
             cost = f"{row['rung']}, {row['seconds']:.3g} s" if row["rung"] else "nothing shown"
             print(what + cost)  # noqa: T201
     contents |= {
-        "frontiers.png": frontiers_plot.scenes(tables),
-        "over_all.png": frontiers_plot.over_all(frontiers_plot.medians(tables)),
+        "frontiers.png": pareto_all.scenes(tables),
+        "over_all.png": pareto_all.over_all(pareto_all.medians(tables)),
         "repeat.csv": rounded(table, 4),
         "repeat.md": page(table),
     }

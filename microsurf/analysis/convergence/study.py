@@ -32,7 +32,7 @@ from tqdm import tqdm
 
 from ... import memory
 from ...errors import InputError
-from ...results import albedo as summary
+from ...results import albedos
 from ...scene import Accuracy, Scene, Surface
 from ...stats.convergence_order import difference, mean_of, order, part_and_whole, power
 from ...stats.variance_components import spread
@@ -149,7 +149,7 @@ def _places(scene: Scene) -> Iterator[_Place]:
     """All of them but those that are zero: no interface, no substrate, or neither."""
     interface = scene.requires.interface
     for name, theta, phi, kd in product(
-        summary.QUANTITIES, scene.light.theta, scene.light.phi, scene.material.kd
+        albedos.QUANTITIES, scene.light.theta, scene.light.phi, scene.material.kd
     ):
         there = {"specular": interface, "body": kd > 0, "total": interface or kd > 0}
         if there[name]:
@@ -176,7 +176,7 @@ def _repeat(
 def _seen(dataset: xr.Dataset, places: list[_Place]) -> _Seen:
     """Each quantity on each realisation; the lobes, which are large, need not be kept."""
     return {
-        place: (_of(summary.quantity, dataset, place), _of(summary.ray_error, dataset, place))
+        place: (_of(albedos.quantity, dataset, place), _of(albedos.ray_error, dataset, place))
         for place in places
     }
 

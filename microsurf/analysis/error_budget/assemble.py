@@ -1,7 +1,7 @@
 """The error budget of a scene: its measurement against its prediction, split into causes.
 
-The arithmetic and the order of substitution are in `verdict.budget`; here is what it needs:
-the theory with the slopes that the surfaces have, and what mesh and tile leave.
+The arithmetic and the order of substitution are in `terms`; here is what it needs: the
+theory with the slopes that the surfaces have, and what mesh and tile leave.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,9 +17,8 @@ from ...model.mesh_slopes.higher_orders import BATCHES, order_change
 from ...model.mesh_slopes.order_one import first_order_change
 from ...model.mesh_slopes.slopes import Slopes
 from ...physics.facet import body_weight
-from ...results import albedo as summary
-from ...results import dataset as result
-from ...results import uncertainty as precision
+from ...results import albedos as summary
+from ...results import datasets, detector, uncertainty
 from ...scene import Scene
 from ...surface import Heightfield, facet_slopes
 from .refinement import Refinement
@@ -203,7 +202,7 @@ def _expected(
     ratios = [seen[q].value / ideal[q].value if ideal[q].value > 0 else 1.0 for q in FIRST]
     mirrored, body = ratios
     flux = walk.flux
-    b = result.BODY_EVENTS[: flux.sizes["body_events"]]
+    b = detector.BODY_EVENTS[: flux.sizes["body_events"]]
     others = np.maximum(flux.order.values[:, None] - b, 0)
     factor = xr.DataArray(mirrored**others * body**b, dims=("order", "body_events"))
     walked = _walked(walk.assign(flux=flux * factor), n, kd, place)
@@ -222,7 +221,7 @@ def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, Estimate]:
 
 def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, Estimate]:
     """The same of later orders."""
-    albedos = result.by_kind(change, n, kd).sum("kind").transpose("batch", "order").values[:, 1:]
+    albedos = datasets.by_kind(change, n, kd).sum("kind").transpose("batch", "order").values[:, 1:]
     return _of_slopes([dict(zip(HIGHER, albedos[k], strict=True)) for k in range(BATCHES)])
 
 
@@ -239,9 +238,9 @@ def _ray_errors(
     for q, v in components(measured, n, kd).items():
         if q in HIGHER:
             found[q] = float(np.sqrt(v[0][place] / light))
-    for part, kind in zip(FIRST, result.KINDS, strict=True):
+    for part, kind in zip(FIRST, detector.KINDS, strict=True):
         for region, mask in zip(REGIONS, region_masks(), strict=True):
-            errors = precision.region_ray_error(measured, kind, mask, n, kd)
+            errors = uncertainty.region_ray_error(measured, kind, mask, n, kd)
             found[f"{part} {region}"] = float(errors.values[0][place])
     return found
 

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...results import dataset as result
+from ...results import datasets, detector
 
 Array = NDArray[np.float64]
 
@@ -20,8 +20,8 @@ LOBES = tuple(f"{kind} {region}" for kind in FIRST for region in REGIONS)
 
 def region_masks() -> NDArray[np.bool_]:
     """Which bins of the detector belong to each of REGIONS, shape (regions, rings, sectors)."""
-    theta = result.ring_centres()[:, None]
-    phi = np.radians((result.SECTOR_EDGES[:-1] + result.SECTOR_EDGES[1:]) / 2)[None]
+    theta = detector.ring_centres()[:, None]
+    phi = np.radians((detector.SECTOR_EDGES[:-1] + detector.SECTOR_EDGES[1:]) / 2)[None]
     between = (theta >= 30) & (theta < 75)
     forward = np.cos(phi) < -1e-9
     return np.stack(
@@ -48,12 +48,12 @@ def of_order_one(flux: Array, weight: float) -> dict[str, Array]:
 
 def components(dataset: xr.Dataset, n: float, kd: float) -> dict[str, Array]:
     """All parts by (realisation, theta_i, phi_i); those of orders a dataset lacks are absent."""
-    energy = result.by_kind(dataset.flux, n, kd).transpose(
+    energy = datasets.by_kind(dataset.flux, n, kd).transpose(
         "realisation", "theta_i", "phi_i", "order", "kind", "theta_o", "phi_o"
     )
     found = of_order_one(energy.sel(order=1).values, 1.0)
     albedo = energy.sum(("kind", "theta_o", "phi_o"))
-    for name, order in zip(HIGHER, result.ORDERS[1:], strict=True):
+    for name, order in zip(HIGHER, detector.ORDERS[1:], strict=True):
         if order in albedo.order:
             found[name] = albedo.sel(order=order).values
     return found

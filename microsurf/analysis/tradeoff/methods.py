@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import memory, model
-from ...results import dataset as result
+from ...results import datasets, detector
 from ...scene import CORRELATIONS, Accuracy, Scene, Surface
 from ...trace import measure
 from .effort import Effort
@@ -140,8 +140,8 @@ def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
     flux = dataset.flux.sum("order")
     found = {}
     for kd in scene.material.kd:
-        kinds = result.by_kind(flux, scene.material.n, kd)
-        specular, body = (kinds.sel(kind=kind, drop=True) for kind in result.KINDS)
+        kinds = datasets.by_kind(flux, scene.material.n, kd)
+        specular, body = (kinds.sel(kind=kind, drop=True) for kind in detector.KINDS)
         for (t, theta), (p, phi) in product(
             enumerate(scene.light.theta), enumerate(scene.light.phi)
         ):

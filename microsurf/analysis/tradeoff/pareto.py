@@ -1,7 +1,7 @@
 """Errors of rungs of a ladder against a reference that has an error itself.
 
 A rung is an average of n independent draws (runs of a sampled model, surfaces), or one
-exact answer; `distance` has its squared error E² and the interval, here made relative. Of
+exact answer; `squared_error` has its squared error E² and the interval, here made relative. Of
 several places (angles, Kd) the largest counts. Two rungs share a reference, so one of them
 is told from the other by the jackknife of their difference, in which it cancels (Efron and
 Stein, Annals of Statistics 9, 1981: its variance is exact or too large).
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from ...stats import squared_error as distance
+from ...stats import squared_error
 from ...stats.squared_error import CONFIDENCE, Interval
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ class Point:
 def squared(
     places: Sequence[tuple[Array, Array]], draws: float = 1.0, *, absolute: bool = False
 ) -> Squared:
-    """E² of `distance` over |r̄|², or of itself if ``absolute``; the largest over some places.
+    """E² of `squared_error` over |r̄|², or of itself if ``absolute``; the largest over some places.
 
     Parameters
     ----------
@@ -89,10 +89,10 @@ def _place(own: Array, reference: Array, draws: float, *, absolute: bool) -> Squ
 
     def value(own: Array, reference: Array) -> float:
         size = 1.0 if absolute else float((reference.mean(axis=0) ** 2).sum())
-        return distance.value(own, reference, draws) / size
+        return squared_error.value(own, reference, draws) / size
 
     size = 1.0 if absolute else float((reference.mean(axis=0) ** 2).sum())
-    found = distance.interval(own, reference, draws)
+    found = squared_error.interval(own, reference, draws)
     return Squared(
         Interval(*(end / size for end in vars(found).values())),
         value(own, reference),

@@ -14,7 +14,7 @@ import numpy as np
 from ...errors import InputError
 from ...scene import Scene
 from ..ablation import Effect, contributions
-from . import pareto as ladder
+from . import pareto
 from .effort import EFFORTS, Effort
 from .methods import Run, run_all, rungs_of
 from .pareto import Error, Point
@@ -139,7 +139,7 @@ def _holds(tried: list[Judged]) -> bool:
 
 def _judge(run: Run, reference: Reference, quantity: str, tolerance: float) -> Judged:
     placed = point(run, squared(run, reference, quantity))
-    error = ladder.error(placed.squared)
+    error = pareto.error(placed.squared)
     if error.below <= tolerance:
         return Judged(run, placed, error, "holds", f"below {error.below:.2g} with 95 % confidence")
     if error.low > tolerance:

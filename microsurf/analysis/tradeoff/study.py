@@ -15,7 +15,7 @@ from tqdm import tqdm
 from ...errors import InputError
 from ...results import peak
 from ...scene import Scene, Surface
-from . import pareto as ladder
+from . import pareto
 from .effort import EFFORTS, Effort
 from .methods import Draws, Place, Run, joined, run_all, rungs_of, trace_surfaces
 from .pareto import Point, Squared
@@ -109,7 +109,7 @@ def judged(scene: Scene, reference: Reference, runs: list[Run]) -> Tradeoff:
         name: [point(run, squared(run, reference, name)) for run in runs]
         for name in quantities_of(scene)
     }
-    dominated = {name: ladder.dominated(of) for name, of in points.items()}
+    dominated = {name: pareto.dominated(of) for name, of in points.items()}
     seconds = sum(scene.light.angles * sum(run.seconds) for run in runs)
     return Tradeoff(scene, reference, runs, points, dominated, seconds)
 
@@ -185,7 +185,7 @@ def refer(
 def with_half_widths(scene: Scene, reference: Reference) -> Reference:
     """The reference with its own uncertainty, by quantity."""
     found = {
-        name: max(ladder.half_width(other) for _, other in _pairs(None, reference, name))
+        name: max(pareto.half_width(other) for _, other in _pairs(None, reference, name))
         for name in quantities_of(scene)
         if name not in _DEGREES
     }
@@ -193,9 +193,9 @@ def with_half_widths(scene: Scene, reference: Reference) -> Reference:
 
 
 def squared(run: Run, reference: Reference, name: str) -> Squared:
-    """E² of one quantity of a rung; see `verdict.ladder`."""
+    """E² of one quantity of a rung; see `analysis.tradeoff.pareto`."""
     pairs = _pairs(run, reference, name)
-    return ladder.squared(pairs, run.rung.averaged, absolute=name in _DEGREES)
+    return pareto.squared(pairs, run.rung.averaged, absolute=name in _DEGREES)
 
 
 def _pairs(run: Run | None, reference: Reference, name: str) -> list[tuple[Array, Array]]:
@@ -209,10 +209,10 @@ def _pairs(run: Run | None, reference: Reference, name: str) -> list[tuple[Array
         spread = peak.spread_of(of_reference.specular.mean(axis=0))
         cuts, theirs = (peak.cut(d.specular, spread) for d in (own, of_reference))
         figure = _Figure(("peak", *_DEGREES).index(name))
-        theirs = ladder.pseudo_values(theirs, figure)
+        theirs = pareto.pseudo_values(theirs, figure)
         # One run is what a user gets; of a mean of several only the jackknife knows.
         if run is None or run.rung.averaged > 1:
-            mine = ladder.pseudo_values(cuts, figure)
+            mine = pareto.pseudo_values(cuts, figure)
         else:
             mine = np.array([figure(cut) for cut in cuts])
         pairs.append((mine, theirs))

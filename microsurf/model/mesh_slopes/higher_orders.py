@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import memory
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 from ..directions import direction
 from ..random_walk.parameters import Facet, Law, facet_of, law_of, stream
@@ -51,7 +51,7 @@ def order_change(
     -------
     xarray.Dataset
         ``change`` by batch, theta_i, phi_i, order and body_events, before the substrate's
-        absorption as in `microsurf.results.dataset`; ``balance``, the mean of weight − 1 over all
+        absorption as in `microsurf.results.datasets`; ``balance``, the mean of weight − 1 over all
         walks, lost or not: 0 but for chance.
 
     """
@@ -76,13 +76,13 @@ def order_change(
         found = list(pool.map(batch, places))
     events = max(flux.shape[1] for flux, _ in found)
     shape = (BATCHES, len(scene.light.theta), len(scene.light.phi))
-    change = np.zeros((*shape, len(result.ORDERS), events))
+    change = np.zeros((*shape, len(detector.ORDERS), events))
     balance = np.zeros(shape)
     for (a, k), (flux, of_all) in zip(places, found, strict=True):
         place = (k, *divmod(a, len(scene.light.phi)))
         change[place][:, : flux.shape[1]] = flux
         balance[place] = of_all
-    beyond = np.maximum(result.BODY_EVENTS[:events] - result.BODY_EXACT, 0)
+    beyond = np.maximum(detector.BODY_EVENTS[:events] - detector.BODY_EXACT, 0)
     dims = ("batch", "theta_i", "phi_i")
     return xr.Dataset(
         {
@@ -92,8 +92,8 @@ def order_change(
         coords={
             "theta_i": list(scene.light.theta),
             "phi_i": list(scene.light.phi),
-            "order": list(result.ORDERS),
-            "body_events": result.BODY_EVENTS[:events],
+            "order": list(detector.ORDERS),
+            "body_events": detector.BODY_EVENTS[:events],
         },
     )
 
@@ -113,10 +113,10 @@ def _walk(
     weighted_walk(exits, events, weights, most, i, law, facet, *bins, stream(rng))
     weights -= 1
     left = events[:, 1] >= 0
-    body = np.searchsorted(result.BODY_EDGES, events[left, 1], side="right") - 1
-    order = np.minimum(events[left, 0], len(result.ORDERS)) - 1
+    body = np.searchsorted(detector.BODY_EDGES, events[left, 1], side="right") - 1
+    order = np.minimum(events[left, 0], len(detector.ORDERS)) - 1
     count = int(body.max(initial=0)) + 1
     flux = np.bincount(
-        order * count + body, weights[left], minlength=len(result.ORDERS) * count
+        order * count + body, weights[left], minlength=len(detector.ORDERS) * count
     ).reshape(-1, count)
     return flux / max(walks, 1), float(weights.sum()) / max(walks, 1)

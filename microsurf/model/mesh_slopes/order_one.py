@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import integrate
 
 from ...physics import facet, fresnel, smith
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 from ..directions import direction
 from .slopes import Slopes
@@ -108,7 +108,7 @@ def _flux(
     light *= weight[:, None] / _AZIMUTHS / (1 + lambda_i)
     mu = np.clip(facing, 1e-300, 1.0)
     mirrored = np.zeros_like(mu)
-    flux = np.zeros((2, result.RINGS, result.SECTORS))
+    flux = np.zeros((2, detector.RINGS, detector.SECTORS))
     if needs.interface:
         mirrored = fresnel.reflectance(mu, material.n, material.k)
         o = facet.mirror(i, m)
@@ -145,12 +145,12 @@ def _binned(
     o = o / np.linalg.norm(o, axis=-1, keepdims=True)
     light = light * (1 + lambda_i) / (1 + lambda_i + smith_lambda(o))
     ring = np.searchsorted(
-        result.RING_EDGES, np.degrees(np.arccos(np.minimum(o[:, 2], 1))), "right"
+        detector.RING_EDGES, np.degrees(np.arccos(np.minimum(o[:, 2], 1))), "right"
     )
-    ring = np.minimum(ring, result.RINGS) - 1
-    turn = (np.degrees(np.arctan2(o[:, 1], o[:, 0])) - phi) / 360 * result.SECTORS
-    sector = np.floor(turn + 0.5).astype(np.int64) % result.SECTORS
+    ring = np.minimum(ring, detector.RINGS) - 1
+    turn = (np.degrees(np.arctan2(o[:, 1], o[:, 0])) - phi) / 360 * detector.SECTORS
+    sector = np.floor(turn + 0.5).astype(np.int64) % detector.SECTORS
     counts = np.bincount(
-        ring * result.SECTORS + sector, light, minlength=result.RINGS * result.SECTORS
+        ring * detector.SECTORS + sector, light, minlength=detector.RINGS * detector.SECTORS
     )
-    return np.asarray(counts.reshape(result.RINGS, result.SECTORS), float)
+    return np.asarray(counts.reshape(detector.RINGS, detector.SECTORS), float)

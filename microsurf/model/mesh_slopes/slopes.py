@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from ...physics import student_t as std
+from ...physics import student_t
 
 Array = NDArray[np.float64]
 
@@ -76,4 +76,4 @@ class Slopes:
     def normals(self, rho: Array, azimuth: Array) -> Array:
         """Unit normals of facets of these ρ and azimuths in the stretched plane."""
         p, q = self.sigma_x * rho * np.cos(azimuth), self.sigma_y * rho * np.sin(azimuth)
-        return std.normals(p, q)
+        return student_t.normals(p, q)

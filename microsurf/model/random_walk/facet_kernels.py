@@ -8,7 +8,7 @@ The laws are those of `physics.fresnel` and `physics.facet`, one number at a tim
 import numpy as np
 
 from ...jit import force_inlined
-from ...results import dataset as result
+from ...results import detector
 
 ABSORBED, OVER = -1, -2  # ends of paths: in the substrate, or after the most events asked for
 
@@ -101,7 +101,7 @@ def scatter(dx, dy, dz, mx, my, mz, body, facet, state):
     mu = min(max(-(dx * mx + dy * my + dz * mz), 1e-300), 1.0)
     if not facet.interface or uniform(state) < passed(mu, facet):
         body += 1
-        if not facet.substrate or (body > result.BODY_EXACT and uniform(state) >= facet.survival):
+        if not facet.substrate or (body > detector.BODY_EXACT and uniform(state) >= facet.survival):
             return dx, dy, dz, ABSORBED
         dx, dy, dz = body_exit(mx, my, mz, facet, state)
     else:

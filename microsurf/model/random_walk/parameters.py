@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics import fresnel, smith
-from ...physics import visible_normals as visible
+from ...physics import fresnel, smith, visible_normals
 from ...physics.facet import body_weight
 from ...scene import Scene
 
@@ -42,7 +41,7 @@ def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
     u = x/(1+x): values and derivatives for a cubic between nodes.
     """
     nu = 2 * gamma - 2
-    excess = visible.mean_excess(nu)
+    excess = visible_normals.mean_excess(nu)
     u = np.linspace(0, 1, _NODES)
     x = u[1:-1] / (1 - u[1:-1])
     if np.isinf(nu):

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from ... import memory
 from ...errors import InputError
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 from ..directions import direction
 from ..prediction import Attributes, prediction
@@ -63,7 +63,7 @@ def walk(
     Returns
     -------
     xarray.Dataset
-        As `microsurf.results.dataset` describes, one realisation; with the numbers of ``paths``,
+        As `microsurf.results.datasets` describes, one realisation; with the numbers of ``paths``,
         of those that ``arrived`` and of those that ``ended`` otherwise (absorbed, left
         out, or lost because they were endless), and ``events`` (facet events in all)
         and ``seconds`` in its attributes. A flat scene (σ = 0) is answered exactly,
@@ -153,8 +153,8 @@ def labelled(
     thetas, phis = scene.light.theta, scene.light.phi
     shape = (1, len(thetas), len(phis))
     events = max(total.counts.shape[0] for total in totals)
-    flux = np.zeros((*shape, len(result.ORDERS), events, result.RINGS, result.SECTORS))
-    beyond = np.maximum(result.BODY_EVENTS[:events] - result.BODY_EXACT, 0)
+    flux = np.zeros((*shape, len(detector.ORDERS), events, detector.RINGS, detector.SECTORS))
+    beyond = np.maximum(detector.BODY_EVENTS[:events] - detector.BODY_EXACT, 0)
     path_weight = facet.survival**-beyond
     paths, arrived, ended = np.zeros(shape), np.zeros(shape), np.zeros((*shape, len(CAUSES)))
     for a, total in enumerate(totals):

@@ -4,13 +4,13 @@
 
 Smith: Heitz et al., "Multiple-Scattering Microfacet BSDFs with the Smith Model", ACM
 TOG 35(4), 2016, in an exponential half-space of heights h ≤ 0. Slopes are in units of
-σ/√2 along each axis, as in `physics.visible`. Grooves: `groove_kernels`.
+σ/√2 along each axis, as in `physics.visible_normals`. Grooves: `groove_kernels`.
 """
 
 import numpy as np
 
 from ...jit import force_inlined
-from ...results import dataset as result
+from ...results import detector
 from .facet_kernels import OVER, diffused, reflected, scatter, uniform
 
 _FAR = 200.0  # beyond e^200 slopes are held as a ratio, so that their squares do not overflow
@@ -89,7 +89,7 @@ def seen_from_above(wz, across, law, state):
 
 @force_inlined
 def seen_from_below(a, nu, state):
-    """Slopes (p, q) in 1/unit, and the unit, visible from c = −a < 0 (`physics.visible`)."""
+    """Slopes (p, q) in 1/unit, and the unit, seen from c = −a < 0 (`physics.visible_normals`)."""
     bound = 1 / (a * a) if nu == np.inf else (nu / (a * a) + 1) / (nu - 1)
     while True:
         s = -np.log(1 - uniform(state))
@@ -118,7 +118,7 @@ def seen_from_below(a, nu, state):
 
 @force_inlined
 def visible_normal(wx, wy, wz, law, state):
-    """One normal m visible from w, as `physics.visible.sample`."""
+    """One normal m visible from w, as `physics.visible_normals.sample`."""
     ux, uy = law.scale_x * wx, law.scale_y * wy
     across = np.sqrt(ux * ux + uy * uy)
     if wz >= 0:
@@ -205,7 +205,7 @@ def smith_next_event(values, first, last, i, o, law, facet, state):
             mx, my, mz = visible_normal(-dx, -dy, -dz, law, state)
             order += 1
             # Beyond BODY_EXACT events roulette takes the place of the weight.
-            weight = facet.survival ** min(body, result.BODY_EXACT)
+            weight = facet.survival ** min(body, detector.BODY_EXACT)
             if order >= first:
                 out = weight * np.exp(h * rate)
                 if facet.interface:

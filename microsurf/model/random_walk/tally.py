@@ -1,4 +1,4 @@
-"""Count where walks left to: the detector's bins of `microsurf.results.dataset`."""
+"""Count where walks left to: the detector's bins of `microsurf.results.datasets`."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import dataset as result
+from ...results import detector
 from .facet_kernels import ABSORBED
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Tally:
     @classmethod
     def empty(cls) -> Self:
         """No walks."""
-        shape = (0, len(result.ORDERS), result.RINGS, result.SECTORS)
+        shape = (0, len(detector.ORDERS), detector.RINGS, detector.SECTORS)
         return cls(np.zeros(shape, np.int64), np.zeros(len(CAUSES), np.int64), 0, 0)
 
     def __add__(self, other: "Tally") -> "Tally":
@@ -76,15 +76,17 @@ def tally(exits: Array, events: NDArray[np.int64], phi_i: float, *, single: bool
         over = events[~left, 1] != ABSORBED
         ended[0], ended[1 if single else 2] = np.sum(~over), np.sum(over)
         exits, events = exits[left], events[left]
-    order, body = np.minimum(events[:, 0], len(result.ORDERS)) - 1, events[:, 1]
-    if body.size and body.max() > result.BODY_EXACT:
-        body = np.searchsorted(result.BODY_EDGES, body, side="right") - 1
+    order, body = np.minimum(events[:, 0], len(detector.ORDERS)) - 1, events[:, 1]
+    if body.size and body.max() > detector.BODY_EXACT:
+        body = np.searchsorted(detector.BODY_EDGES, body, side="right") - 1
     theta = np.degrees(np.arccos(np.minimum(exits[:, 2], 1)))
-    ring = np.minimum(np.searchsorted(result.RING_EDGES, theta, side="right"), result.RINGS) - 1
-    turn = (np.degrees(np.arctan2(exits[:, 1], exits[:, 0])) - phi_i) / 360 * result.SECTORS
-    sector = np.floor(turn + 0.5).astype(np.int64) % result.SECTORS
-    code = ((body * len(result.ORDERS) + order) * result.RINGS + ring) * result.SECTORS + sector
-    shape = (-1, len(result.ORDERS), result.RINGS, result.SECTORS)
+    ring = np.minimum(np.searchsorted(detector.RING_EDGES, theta, side="right"), detector.RINGS) - 1
+    turn = (np.degrees(np.arctan2(exits[:, 1], exits[:, 0])) - phi_i) / 360 * detector.SECTORS
+    sector = np.floor(turn + 0.5).astype(np.int64) % detector.SECTORS
+    code = (
+        (body * len(detector.ORDERS) + order) * detector.RINGS + ring
+    ) * detector.SECTORS + sector
+    shape = (-1, len(detector.ORDERS), detector.RINGS, detector.SECTORS)
     size = int(np.prod(shape[1:]))
     counts = np.bincount(code, minlength=size)
     counts = np.pad(counts, (0, -len(counts) % size)).reshape(shape)

@@ -27,7 +27,7 @@ light; what a cone of directions receives is finite.
 import numpy as np
 
 from ...jit import force_inlined
-from ...results import dataset as result
+from ...results import detector
 from .facet_kernels import OVER, diffused, reflected, scatter, uniform
 from .smith_kernels import mirrored, radial_slope
 
@@ -230,7 +230,7 @@ def groove_next_event(values, first, last, i, o, law, facet, state):
         while t > 0 and order < last:
             order += 1
             # Beyond BODY_EXACT events roulette takes the place of the weight.
-            weight = facet.survival ** min(body, result.BODY_EXACT)
+            weight = facet.survival ** min(body, detector.BODY_EXACT)
             least, most = max(first - order, 0), last - order if facet.interface else 0
             total += weight * sent(least, most, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state)
             dx, dy, dz, body = scatter(dx, dy, dz, ax, ay, az, body, facet, state)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from ...results import dataset as result
+from ...results import detector
 from ..directions import direction
-from . import brdf as single
+from . import brdf
 from .body_quadrature import gauss
 from .facets import Facets
 
@@ -55,7 +55,7 @@ def body_bins(
     error : float
 
     """
-    bins = np.zeros((result.RINGS, result.SECTORS))
+    bins = np.zeros((detector.RINGS, detector.SECTORS))
     error = _quadrature_error(facets, theta_i, phi_i, refinement)
     panels = list(pairwise(_polar_breaks(facets, theta_i)))
     last_terms = np.zeros_like(bins)
@@ -79,11 +79,11 @@ def _strip(
 ) -> tuple[Array, Array, float]:
     """Energies of a panel in θ_o, its last terms in θ_o there, the last terms' share in Δ."""
     count = int(np.ceil(_POLAR_NODES * refinement))
-    edges = np.radians(result.RING_EDGES)
+    edges = np.radians(detector.RING_EDGES)
     theta, to_rings, series = _panel(*panel, count, edges)
     sectors, tail = _sectors(facets, theta_i, phi_i, theta, 0.0, refinement)
     if facets.isotropic:
-        sectors = sectors + sectors[:, -np.arange(result.SECTORS) % result.SECTORS]
+        sectors = sectors + sectors[:, -np.arange(detector.SECTORS) % detector.SECTORS]
     else:
         others, other_tail = _sectors(facets, theta_i, phi_i, theta, np.pi, refinement)
         sectors, tail = sectors + others, max(tail, other_tail)
@@ -129,8 +129,8 @@ def _sectors(
 ) -> tuple[Array, float]:
     """∫ f_b cosθ sinθ dΔ over each sector, Δ in start … start + π, and the last terms' share."""
     # The last edge closes the sector about Δ = 0 from below.
-    edges = np.radians(np.append(result.SECTOR_EDGES, 365.0))
-    integrals = np.zeros((len(theta), result.SECTORS + 1))
+    edges = np.radians(np.append(detector.SECTOR_EDGES, 365.0))
+    integrals = np.zeros((len(theta), detector.SECTORS + 1))
     tails = np.ones(len(theta))
     for count in _AZIMUTH_NODES:
         rows = np.flatnonzero(tails > _SERIES_TOLERANCE)
@@ -152,7 +152,7 @@ def _flux_density(
     """f_b cosθ_o sinθ_o, θ_o and Δ broadcast."""
     o = direction(theta, phi_i + delta)
     i = np.broadcast_to(direction(theta_i, phi_i), o.shape)
-    f = single.body(facets, i.reshape(-1, 3), o.reshape(-1, 3), refinement)
+    f = brdf.body(facets, i.reshape(-1, 3), o.reshape(-1, 3), refinement)
     return np.asarray(f.reshape(o.shape[:-1]) * np.cos(theta) * np.sin(theta))
 
 

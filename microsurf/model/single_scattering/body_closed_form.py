@@ -38,8 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtr
 
-from ...physics import fresnel, smith
-from ...physics import student_t as std
+from ...physics import fresnel, smith, student_t
 
 if TYPE_CHECKING:
     from .facets import Facets
@@ -81,7 +80,7 @@ def _law(gamma: float, sigma_x: float, sigma_y: float, k: int) -> _Law:
     With u = 1/(γ − 1), E[1/g] = (1 + (σ² − u) E[g]/2)/(1 − u/2) by parts, so that the
     tail of s²g, as slow as s^(1−2γ), needs no sum.
     """
-    weight = np.exp(std.log_kernel(np.exp(_LOG_RHO2), gamma) + _LOG_RHO2)
+    weight = np.exp(student_t.log_kernel(np.exp(_LOG_RHO2), gamma) + _LOG_RHO2)
     weight *= _LOG_RHO2[1] - _LOG_RHO2[0]
     across = np.stack([np.cos(_AZIMUTHS), np.sin(_AZIMUTHS)]) ** 2
     sigma2 = sigma_x**2 * across[0] + sigma_y**2 * across[1]

@@ -28,8 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics import fresnel
-from ...physics import student_t as std
+from ...physics import fresnel, student_t
 
 Array = NDArray[np.float64]
 _Ray = tuple[Array, ...]  # i_z, o_z, a_i, a_o and the slope at ρ = 1 along each ray
@@ -263,7 +262,7 @@ def _integrand(plane: _Plane, ray: _Ray, rho: Array) -> Array:
     i_s = np.maximum(i_z - rho * a_i, 0.0)
     o_s = np.maximum(o_z - rho * a_o, 0.0)
     length = np.sqrt(1 + (rho * slope) ** 2)
-    value = np.exp(std.log_kernel(rho**2, plane.gamma)) * (rho / length) * i_s * o_s
+    value = np.exp(student_t.log_kernel(rho**2, plane.gamma)) * (rho / length) * i_s * o_s
     if plane.n > 1:
         value *= fresnel.transmittance(i_s / length, plane.n)
         value *= fresnel.transmittance(o_s / length, plane.n)

@@ -13,9 +13,8 @@ since n² (1 − r_i) = 1 − r_e. Body values here are those at w = 1.
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics import fresnel, vcavity
-from ...physics import student_t as std
-from . import body_closed_form as approximate
+from ...physics import fresnel, student_t, vcavity
+from . import body_closed_form
 from .body_quadrature import body_integral
 from .facets import Facets
 
@@ -27,7 +26,9 @@ def white_mirror(facets: Facets, i: Array, o: Array) -> Array:
     h = i + o
     h = h / np.linalg.norm(h, axis=-1, keepdims=True)
     masking = vcavity.g2(i, o, h) if facets.masking == "vcavity" else facets.smith(i, o)
-    return np.asarray(std.distribution(h, *facets.std) * masking / (4 * i[..., 2] * o[..., 2]))
+    return np.asarray(
+        student_t.distribution(h, *facets.std) * masking / (4 * i[..., 2] * o[..., 2])
+    )
 
 
 def specular(facets: Facets, i: Array, o: Array) -> Array:
@@ -39,7 +40,7 @@ def specular(facets: Facets, i: Array, o: Array) -> Array:
 def body(facets: Facets, i: Array, o: Array, refinement: float = 1.0) -> Array:
     """f_b in sr⁻¹ at unit body weight, for unit directions of shape (pairs, 3) with z > 0."""
     if facets.masking == "approximate":
-        return approximate.body(facets, i, o)
+        return body_closed_form.body(facets, i, o)
     integral = body_integral(
         i, o, *facets.std, facets.n, vcavity=facets.masking == "vcavity", refinement=refinement
     )

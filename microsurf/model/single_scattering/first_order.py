@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from ... import memory
 from ...errors import InputError
 from ...physics import facet
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 from ..directions import checked
 from ..prediction import Attributes, prediction
-from . import brdf as single
-from . import flat
+from . import brdf, flat
 from .body_bins import body_bins
 from .facets import FITTED, MASKINGS, Facets
 from .specular_bins import specular_bins
@@ -38,7 +37,7 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `microsurf.results.dataset` describes, one realisation and order 1 alone, so body
+        As `microsurf.results.datasets` describes, one realisation and order 1 alone, so body
         energies are those at unit body weight. In its attributes ``effects`` lists
         what ran; ``specular_error`` and ``body_error`` are the largest relative
         errors of the quadrature, measured (see `specular_bins` and `body_bins`).
@@ -52,7 +51,7 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
     begin = time.perf_counter()
     facets = _facets(scene, model)
     thetas, phis = scene.light.theta, scene.light.phi
-    flux = np.zeros((1, len(thetas), len(phis), 1, 2, result.RINGS, result.SECTORS))
+    flux = np.zeros((1, len(thetas), len(phis), 1, 2, detector.RINGS, detector.SECTORS))
     errors = np.zeros(2)
     # Where azimuth makes no difference the first stands for all.
     own_phis = phis if facets is not None and not facets.isotropic else phis[:1]
@@ -117,13 +116,13 @@ def evaluate(
     specular, body = np.zeros(len(i)), np.zeros(len(i))
     n, needs = scene.material.n, scene.requires
     if needs.interface and facets is not None:
-        specular[up] = single.specular(facets, i[up], o[up])
+        specular[up] = brdf.specular(facets, i[up], o[up])
     if needs.substrate:
         weight = facet.body_weight(n, kd[0])
         if facets is None:
             body[up] = weight * flat.body(i[up, 2], o[up, 2], n)
         else:
-            body[up] = weight * single.body(facets, i[up], o[up])
+            body[up] = weight * brdf.body(facets, i[up], o[up])
     return specular.reshape(shape), body.reshape(shape)
 
 
@@ -145,7 +144,7 @@ def _bins(
     if facets is None:
         return flat.lobes(scene, theta), (0.0, 0.0)
     needs = scene.requires
-    bins = np.zeros((2, result.RINGS, result.SECTORS))
+    bins = np.zeros((2, detector.RINGS, detector.SECTORS))
     specular_error = body_error = 0.0
     if needs.interface:
         bins[0], specular_error = specular_bins(facets, theta, phi)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...physics import facet, fresnel
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ def lobes(scene: Scene, theta: float) -> Array:
     What the scene does not have is 0.
     """
     n, needs = scene.material.n, scene.requires
-    bins = np.zeros((2, result.RINGS, result.SECTORS))
+    bins = np.zeros((2, detector.RINGS, detector.SECTORS))
     if needs.interface:
         bins[0] = specular_bins(np.cos(theta), n, scene.material.k)
     if needs.substrate:
@@ -33,9 +33,9 @@ def lobes(scene: Scene, theta: float) -> Array:
 
 def specular_bins(cos_i: float, n: float, k: float) -> Array:
     """Specular energy in each bin, shape (rings, sectors): F in the bin of the mirror direction."""
-    energy = np.zeros((result.RINGS, result.SECTORS))
-    ring = result.ring_of(float(np.degrees(np.arccos(cos_i))))
-    energy[ring, result.SECTORS // 2] = fresnel.reflectance(cos_i, n, k)
+    energy = np.zeros((detector.RINGS, detector.SECTORS))
+    ring = detector.ring_of(float(np.degrees(np.arccos(cos_i))))
+    energy[ring, detector.SECTORS // 2] = fresnel.reflectance(cos_i, n, k)
     return energy
 
 
@@ -44,7 +44,7 @@ def body_bins(cos_i: float, n: float) -> Array:
 
     Relative error below 1e−12: μ = √(n²−1) sinh t makes T smooth for every n.
     """
-    edges = np.cos(np.radians(result.RING_EDGES))
+    edges = np.cos(np.radians(detector.RING_EDGES))
     edges[-1] = 0.0
     if n == 1:
         rings = -np.diff(edges**2) / 2
@@ -57,5 +57,5 @@ def body_bins(cos_i: float, n: float) -> Array:
         values = fresnel.transmittance(mu, n) * mu * root * np.cosh(nodes)
         rings = (values * half) @ _WEIGHTS
     factor = body(cos_i, 1.0, n) / fresnel.transmittance(1.0, n)
-    sector = 2 * np.pi / result.SECTORS
-    return np.repeat((factor * rings * sector)[:, None], result.SECTORS, axis=1)
+    sector = 2 * np.pi / detector.SECTORS
+    return np.repeat((factor * rings * sector)[:, None], detector.SECTORS, axis=1)

@@ -12,9 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics import facet, fresnel, smith
-from ...physics import student_t as std
-from ...physics import visible_normals as visible
+from ...physics import facet, fresnel, smith, student_t, visible_normals
 from ...scene import Scene
 
 Array = NDArray[np.float64]
@@ -55,7 +53,7 @@ def sample(scene: Scene, i: Array, rng: np.random.Generator, *, several: bool) -
     o = np.empty_like(flat_i)
     if scene.requires.roughness:
         rough = scene.roughness
-        m = visible.sample(flat_i[mirrors], rough.gamma, rough.sigma_x, rough.sigma_y, rng)
+        m = visible_normals.sample(flat_i[mirrors], rough.gamma, rough.sigma_x, rough.sigma_y, rng)
         o[mirrors] = facet.mirror(flat_i[mirrors], m)
     else:
         o[mirrors] = flat_i[mirrors] * [-1, -1, 1]
@@ -78,6 +76,6 @@ def density(scene: Scene, i: Array, o: Array, *, several: bool) -> Array:
         above = np.where(up[..., None], i, [0.0, 0.0, 1.0])
         h = above + np.where(up[..., None], o, [0.0, 0.0, 1.0])
         h = h / np.linalg.norm(h, axis=-1, keepdims=True)
-        mirrored = smith.g1(above, *law) * std.distribution(h, *law) / (4 * above[..., 2])
+        mirrored = smith.g1(above, *law) * student_t.distribution(h, *law) / (4 * above[..., 2])
         spread = spread + share * mirrored
     return np.where(up, spread, 0.0)

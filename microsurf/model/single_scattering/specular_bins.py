@@ -17,9 +17,9 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import dataset as result
+from ...results import detector
 from ..directions import direction
-from . import brdf as single
+from . import brdf
 from .body_quadrature import gauss
 from .facets import Facets
 
@@ -82,7 +82,7 @@ def specular_bins(facets: Facets, theta_i: float, phi_i: float) -> tuple[Array, 
 
     """
     waiting = _graded(facets, theta_i, phi_i, _bins(facets, theta_i))
-    energy = np.zeros(result.RINGS * result.SECTORS)
+    energy = np.zeros(detector.RINGS * detector.SECTORS)
     error = 0.0
     for depth in range(_DEPTH):
         fine = _integrals(facets, theta_i, phi_i, waiting, _NODES)
@@ -95,26 +95,26 @@ def specular_bins(facets: Facets, theta_i: float, phi_i: float) -> tuple[Array, 
         if done.all():
             break
         waiting = waiting.take(~done).halves("theta").halves("delta")
-    bins = energy.reshape(result.RINGS, result.SECTORS)
+    bins = energy.reshape(detector.RINGS, detector.SECTORS)
     if facets.isotropic:
-        bins = bins + bins[:, -np.arange(result.SECTORS) % result.SECTORS]
+        bins = bins + bins[:, -np.arange(detector.SECTORS) % detector.SECTORS]
     total = float(energy.sum())
     return bins, error / total if total > 0 else 0.0
 
 
 def _bins(facets: Facets, theta_i: float) -> _Rectangles:
     """The bins, cut at θ_o = θ_i and at Δ = 0 and π; half of them if the lobe is symmetric."""
-    theta = np.unique(np.append(np.radians(result.RING_EDGES), theta_i))
-    ring = np.searchsorted(np.radians(result.RING_EDGES), theta[:-1], side="right") - 1
-    half = np.radians(np.clip(result.SECTOR_EDGES[: result.SECTORS // 2 + 2], 0, 180))
-    delta, end, sector = half[:-1], half[1:], np.arange(result.SECTORS // 2 + 1)
+    theta = np.unique(np.append(np.radians(detector.RING_EDGES), theta_i))
+    ring = np.searchsorted(np.radians(detector.RING_EDGES), theta[:-1], side="right") - 1
+    half = np.radians(np.clip(detector.SECTOR_EDGES[: detector.SECTORS // 2 + 2], 0, 180))
+    delta, end, sector = half[:-1], half[1:], np.arange(detector.SECTORS // 2 + 1)
     if not facets.isotropic:
-        mirrored = -sector % result.SECTORS
+        mirrored = -sector % detector.SECTORS
         delta, end = np.append(delta, -end), np.append(end, -delta)
         sector = np.append(sector, mirrored)
     r, s = (grid.ravel() for grid in np.meshgrid(np.arange(len(ring)), np.arange(len(sector))))
     return _Rectangles(
-        theta[r], theta[r + 1], delta[s], end[s], ring[r] * result.SECTORS + sector[s]
+        theta[r], theta[r + 1], delta[s], end[s], ring[r] * detector.SECTORS + sector[s]
     )
 
 
@@ -177,7 +177,7 @@ def _product_rule(
     width = np.diff(ends, axis=-1)[..., None] / 2
     delta = ends[..., :-1, None] + width * (1 + x)
     o = direction(theta[..., None, None], phi_i + delta)
-    f = single.specular(facets, direction(theta_i, phi_i), o)
+    f = brdf.specular(facets, direction(theta_i, phi_i), o)
     rows = np.sum(f * width * w, axis=(-2, -1)) * np.cos(theta) * np.sin(theta)
     return np.asarray((rows * half) @ w)
 

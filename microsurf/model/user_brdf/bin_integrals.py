@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import dataset as result
+from ...results import detector
 from ..directions import direction
 from ..single_scattering.body_quadrature import gauss
 
@@ -59,7 +59,7 @@ def integrate(
         off = np.abs(fine - _integrals(function, phi_i, cells, _CHECK))
         asked += len(cells) * (_NODES**2 + _CHECK**2)
         if depth == 0:
-            energy = np.zeros((len(fine), result.RINGS * result.SECTORS))
+            energy = np.zeros((len(fine), detector.RINGS * detector.SECTORS))
             error = np.zeros(len(fine))
         sums = energy + _summed(fine, bins)
         allowed = _TOLERANCE * sums[:, bins] + _FLOOR * sums.sum(axis=1, keepdims=True)
@@ -73,22 +73,22 @@ def integrate(
         cells = _halves(_halves(cells[~done], 0), 2)
     total = energy.sum(axis=1)
     relative = np.divide(error, total, out=np.zeros_like(error), where=total > 0)
-    return energy.reshape(-1, result.RINGS, result.SECTORS), relative
+    return energy.reshape(-1, detector.RINGS, detector.SECTORS), relative
 
 
 def _bins(theta_i: float) -> Array:
     """Rectangles [θ, θ end, Δ, Δ end] in radians, shape (n, 4)."""
-    theta = np.unique(np.append(np.radians(result.RING_EDGES), theta_i))
-    delta = np.radians(np.unique([*result.SECTOR_EDGES, 0.0, 180.0]))
+    theta = np.unique(np.append(np.radians(detector.RING_EDGES), theta_i))
+    delta = np.radians(np.unique([*detector.SECTOR_EDGES, 0.0, 180.0]))
     r, s = (g.ravel() for g in np.meshgrid(np.arange(len(theta) - 1), np.arange(len(delta) - 1)))
     return np.stack([theta[r], theta[r + 1], delta[s], delta[s + 1]], axis=1)
 
 
 def _bin_of(cells: Array) -> NDArray[np.intp]:
     middle = np.degrees(cells[:, ::2] + cells[:, 1::2]) / 2
-    ring = np.searchsorted(result.RING_EDGES, middle[:, 0], side="right") - 1
-    sector = np.searchsorted(result.SECTOR_EDGES, middle[:, 1], side="right") - 1
-    return np.asarray(ring * result.SECTORS + sector)
+    ring = np.searchsorted(detector.RING_EDGES, middle[:, 0], side="right") - 1
+    sector = np.searchsorted(detector.SECTOR_EDGES, middle[:, 1], side="right") - 1
+    return np.asarray(ring * detector.SECTORS + sector)
 
 
 def _halves(cells: Array, axis: int) -> Array:
@@ -119,7 +119,7 @@ def _graded(theta_i: float, cells: Array) -> Array:
 
 
 def _summed(values: Array, bins: NDArray[np.intp]) -> Array:
-    count = result.RINGS * result.SECTORS
+    count = detector.RINGS * detector.SECTORS
     return np.stack([np.bincount(bins, row, minlength=count) for row in values])
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...physics import facet
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 from ..directions import direction
 from ..prediction import prediction
@@ -28,7 +28,7 @@ def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `microsurf.results.dataset` describes, one realisation and order 1 alone; ``orders`` in
+        As `microsurf.results.datasets` describes, one realisation and order 1 alone; ``orders`` in
         its attributes is "1", or "all" of a candidate that holds all orders and kinds
         together: all its light then stands under order 1 with no body event.
         ``relative_error[part, theta_i, phi_i]`` bounds the error of the albedo: of the
@@ -44,7 +44,7 @@ def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
     """
     begin = time.perf_counter()
     thetas, phis = scene.light.theta, scene.light.phi
-    flux = np.zeros((1, len(thetas), len(phis), 1, 2, result.RINGS, result.SECTORS))
+    flux = np.zeros((1, len(thetas), len(phis), 1, 2, detector.RINGS, detector.SECTORS))
     (kd,) = scene.material.kd
     weight = float(facet.body_weight(scene.material.n, kd))
     names: tuple[str, ...] = ()

@@ -8,8 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy import stats
 
-from ...results import albedo as summary
-from ...results import dataset as result
+from ...results import albedos, detector
 from ...scene import Scene
 from .lobes import MEASURED
 from .style import BLACK, BLUE, ORANGE, SMALL, VERMILION, clean, model_style, new_figure
@@ -34,9 +33,9 @@ def rows(
     n = scene.material.n
     found: list[dict[str, Any]] = []
     for source, dataset in {MEASURED: measured, **predicted}.items():
-        values = summary.by_order(dataset, n, kd).sum("kind").isel(phi_i=0)
+        values = albedos.by_order(dataset, n, kd).sum("kind").isel(phi_i=0)
         first = 1 if source == MEASURED or dataset.sizes["order"] == 1 else 2
-        for order in result.ORDERS[first - 1 : dataset.sizes["order"]]:
+        for order in detector.ORDERS[first - 1 : dataset.sizes["order"]]:
             for t, theta in enumerate(scene.light.theta):
                 cell = values.sel(order=order).isel(theta_i=t).values
                 if cell.any():
@@ -81,7 +80,7 @@ def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
         top = max(row.get("high", row["albedo"]) for row in mine)
         panel.set(ylim=(0, 1.12 * top), xlabel=r"$\theta_i$ (°)", xlim=(-4, 90))
         panel.set_xticks([0, 30, 60, 90])
-        panel.set_title(f"order {order}{' and more' if order == result.ORDERS[-1] else ''}",
+        panel.set_title(f"order {order}{' and more' if order == detector.ORDERS[-1] else ''}",
                         fontsize=10)  # fmt: skip
         panel.tick_params(labelsize=9)
         clean(panel)

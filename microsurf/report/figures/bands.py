@@ -15,8 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
-from ...results import dataset as result
-from ...results import uncertainty as precision
+from ...results import datasets, detector, uncertainty
 from ...scene import Scene
 
 Array = NDArray[np.float64]
@@ -26,10 +25,10 @@ _CONFIDENCE = 0.95
 
 def cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
     """BRDF at one incidence in its plane, θ_o signed; where every plane is one, their mean."""
-    density = result.brdf(result.by_kind(dataset.flux, scene.material.n, kd))
+    density = datasets.brdf(datasets.by_kind(dataset.flux, scene.material.n, kd))
     if _no_plane(dataset, scene):
         density = density * 0 + density.mean("phi_o")
-    return result.in_plane(density)
+    return datasets.in_plane(density)
 
 
 def _no_plane(dataset: xr.Dataset, scene: Scene) -> bool:
@@ -53,10 +52,10 @@ def ray_errors(measured: xr.Dataset, scene: Scene, kd: float) -> dict[str, Array
     """Standard errors of the `cut` curves of one surface, from its rays."""
     n = scene.material.n
     first = {
-        kind: precision.lobe_ray_variance(measured, kind, n, kd).isel(realisation=0)
-        for kind in result.KINDS
+        kind: uncertainty.lobe_ray_variance(measured, kind, n, kd).isel(realisation=0)
+        for kind in detector.KINDS
     }
-    higher = result.by_kind(measured.flux.isel(realisation=0, order=slice(1, None)), n, kd)
+    higher = datasets.by_kind(measured.flux.isel(realisation=0, order=slice(1, None)), n, kd)
     bound = higher.sum(("order", "kind")) / measured.light_rays.isel(realisation=0)
     errors = {
         key: np.sqrt(_cut_variance(variance, measured, scene).values)
@@ -67,11 +66,11 @@ def ray_errors(measured: xr.Dataset, scene: Scene, kd: float) -> dict[str, Array
 
 def _cut_variance(energy: xr.DataArray, measured: xr.Dataset, scene: Scene) -> xr.DataArray:
     """Variance of a `cut` from that of the energy in its bins."""
-    density = result.brdf(result.brdf(xr.DataArray(energy)))
+    density = datasets.brdf(datasets.brdf(xr.DataArray(energy)))
     # Folded lobes hold every bin twice, φ and −φ: a mean over sectors has half of them.
-    mirrored = energy.values[..., [0, *range(result.SECTORS - 1, 0, -1)]]
+    mirrored = energy.values[..., [0, *range(detector.SECTORS - 1, 0, -1)]]
     twice = 1 + bool(np.allclose(energy.values, mirrored, rtol=1e-9, atol=0))
-    of_mean = density.mean("phi_o") * twice / result.SECTORS
+    of_mean = density.mean("phi_o") * twice / detector.SECTORS
     averaged = (density.theta_o == 0) | _no_plane(measured, scene)
     # `in_plane` averages the cap's sectors: they now all hold the variance of that mean.
-    return result.in_plane(density.where(~averaged, of_mean))
+    return datasets.in_plane(density.where(~averaged, of_mean))

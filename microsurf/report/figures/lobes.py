@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...errors import InputError
-from ...results import dataset as result
+from ...results import detector
 from ...scene import Scene
 from ...scene.toml import from_toml
 from .bands import cut, half_widths
@@ -67,7 +67,7 @@ def _of_predicted(
     if density.sizes["order"] > 1:
         curves = {"total": density.sum(("order", "kind"))}
     else:
-        curves = {kind: density.isel(order=0).sel(kind=kind) for kind in result.KINDS}
+        curves = {kind: density.isel(order=0).sel(kind=kind) for kind in detector.KINDS}
     for name, curve in curves.items():
         if (curve > 0).any():
             for theta, value in zip(curve.theta_o.values, curve.values, strict=True):

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...analysis.comparison import Comparison
-from ...results import albedo as summary
-from . import verdicts as effects
+from ...results import albedos
+from . import verdicts
 from .style import GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure
 
 MOST = 60
@@ -18,17 +18,17 @@ LINEAR = 10.0
 
 
 def rows(comparisons: Mapping[str, Sequence[Comparison]]) -> list[dict[str, Any]]:
-    """Rows of `effects`, with the scene's name in front; the first MOST scenes."""
+    """Rows of `verdicts`, with the scene's name in front; the first MOST scenes."""
     shown = list(comparisons.items())[:MOST]
-    return [{"scene": name} | row for name, mine in shown for row in effects.rows(mine)]
+    return [{"scene": name} | row for name, mine in shown for row in verdicts.rows(mine)]
 
 
 def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
     """Draw `rows`: a line for each scene, within it its angles (and Kd) from top to bottom."""
     names = list(dict.fromkeys(row["scene"] for row in drawn))
     made = new_figure(1.5 + 0.42 * len(names))
-    panels = made.subplots(1, len(summary.QUANTITIES), sharey=True, sharex=True)
-    for panel, quantity in zip(panels, summary.QUANTITIES, strict=True):
+    panels = made.subplots(1, len(albedos.QUANTITIES), sharey=True, sharex=True)
+    for panel, quantity in zip(panels, albedos.QUANTITIES, strict=True):
         colour, marker, label = QUANTITY_STYLE[quantity]
         for place, name in enumerate(names):
             mine = [r for r in drawn if r["scene"] == name and r["quantity"] == quantity]
@@ -44,7 +44,7 @@ def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
                 effect = row["effect_percent"]
                 panel.errorbar(
                     effect, y, xerr=[[effect - row["low_percent"]], [row["high_percent"] - effect]],
-                    color=colour, marker=marker, fillstyle=effects.FILLS[row["verdict"]],
+                    color=colour, marker=marker, fillstyle=verdicts.FILLS[row["verdict"]],
                     markerfacecoloralt="white", markersize=4.2, markeredgewidth=0.8,
                     elinewidth=0.9, linestyle="none",
                 )  # fmt: skip
@@ -59,6 +59,6 @@ def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
     panels[0].set_yticks(range(len(names)), names)
     panels[0].set_ylim(len(names) - 0.4, -0.6)
     panels[1].set_xlabel("measured / predicted − 1 (%), 95 % intervals")
-    handles = effects.verdict_handles()
+    handles = verdicts.verdict_handles()
     made.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
     return made

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...analysis.tradeoff import pareto as ladder
+from ...analysis.tradeoff import pareto
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES, Tradeoff
 from .style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
 
@@ -33,7 +33,7 @@ def rows(found: Tradeoff) -> list[dict[str, Any]]:
     table = []
     for name, points in found.points.items():
         for run, point in zip(found.runs, points, strict=True):
-            error = ladder.error(point.squared)
+            error = pareto.error(point.squared)
             table.append(
                 {
                     "quantity": name,

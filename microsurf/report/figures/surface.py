@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...physics import student_t as std
+from ...physics import student_t
 from ...scene import Scene
 from ...surface import Heightfield, facet_slopes
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, clean, new_figure
@@ -47,7 +47,7 @@ def _curve(name: str, x: np.ndarray, y: np.ndarray) -> list[dict[str, Any]]:
 
 def _log_tail(rho: np.ndarray, gamma: float) -> np.ndarray:
     """ln of 1 − slope_cdf, without the rounding of that difference."""
-    return std.log_kernel(rho**2, gamma) * (1 if np.isinf(gamma) else 1 - 1 / gamma)
+    return student_t.log_kernel(rho**2, gamma) * (1 if np.isinf(gamma) else 1 - 1 / gamma)
 
 
 def figure(drawn: Sequence[dict[str, Any]], gamma: float, unit: str) -> Figure:

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ...analysis.comparison import Comparison
-from ...results import albedo as summary
+from ...results import albedos
 from .style import BLACK, GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure
 
 FILLS = {"holds": "full", "departs": "none", "undecided": "left"}
@@ -41,7 +41,7 @@ def rows(comparisons: Sequence[Comparison]) -> list[dict[str, Any]]:
 
 def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
     """Draw `rows`: a panel for each quantity, each with its own scale."""
-    names = [q for q in summary.QUANTITIES if any(row["quantity"] == q for row in drawn)]
+    names = [q for q in albedos.QUANTITIES if any(row["quantity"] == q for row in drawn)]
     made = new_figure(2.9)
     panels = made.subplots(1, max(len(names), 1), squeeze=False)[0]
     for panel, name in zip(panels, names, strict=False):

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...jit import compiled, inlined
-from ...results import dataset as result
+from ...results import detector
 from .empty_space import put
 
 FAN = 9
@@ -53,7 +53,7 @@ class Rings(NamedTuple):
 
 def all_rings(n: float) -> Rings:
     """The detector's rings, mirrored below the horizon."""
-    up = np.radians(result.RING_EDGES)
+    up = np.radians(detector.RING_EDGES)
     edges = np.concatenate([up, np.pi - up[-2::-1]])
     nodes = edges[:-1, None] + np.diff(edges)[:, None] * np.array([_GAUSS, 1 - _GAUSS])
     sine, cosine = np.sin(edges), np.cos(edges)
@@ -180,12 +180,12 @@ def probe(then, alive, fan, ring, weight, batch, rings):
 @inlined
 def sector_of(dx, dy, azimuth):
     """Sector of a direction, ``azimuth`` of incidence in degrees."""
-    turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * result.SECTORS
-    return int(np.floor(turn + 0.5)) % result.SECTORS
+    turn = (np.degrees(np.arctan2(dy, dx)) - azimuth) / 360 * detector.SECTORS
+    return int(np.floor(turn + 0.5)) % detector.SECTORS
 
 
 @inlined
-def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
+def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, rng):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 
     Light is ``weight``; the ring is −1 if nothing is blocked.
@@ -195,10 +195,10 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, detector, rng):
     seen = 0.0
     for ring in range(min(first, count)):
         part = light[ring] * (weight / total)
-        detector.energy[1, 0, sector, ring] += part
-        detector.squares[1, sector, ring] += part * part
+        tallies.energy[1, 0, sector, ring] += part
+        tallies.squares[1, sector, ring] += part * part
         seen += light[ring]
-    detector.batches[batch, 0, 1] += seen / total * weight
+    tallies.batches[batch, 0, 1] += seen / total * weight
     blocked = total - seen
     ring = min(first, count)
     left = rng.random() * blocked

@@ -9,7 +9,7 @@ ray by ray. At later facets a path draws one of both.
 import numpy as np
 
 from ...jit import compiled, inlined
-from ...results import dataset as result
+from ...results import detector
 from .empty_space import put
 from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
 from .intersection import MET, ON, OUT, arrival
@@ -46,10 +46,10 @@ def _mirrored(dx, dy, dz, mx, my, mz, mu):
 
 
 @inlined
-def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
+def _arrive(tallies, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
     """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
     row = min(order, 4) - 1
-    if body > result.BODY_EXACT:
+    if body > detector.BODY_EXACT:
         body = np.searchsorted(body_edges, body, "right") - 1
     ring, last = 0, len(ring_cosines) - 1
     while ring < last:
@@ -59,17 +59,17 @@ def _arrive(detector, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosi
         else:
             last = middle
     sector = sector_of(dx, dy, azimuth)
-    detector.energy[body, row, sector, ring] += weight
-    detector.batches[batch, row, body] += weight
+    tallies.energy[body, row, sector, ring] += weight
+    tallies.batches[batch, row, body] += weight
     if order == 1:
-        detector.squares[body, sector, ring] += weight * weight
+        tallies.squares[body, sector, ring] += weight * weight
 
 
 @compiled
 def take_events(
     active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
     facet, branches, bound, azimuth, ring_cosines, body_edges,
-    rings, found, light, fan, detector, rng,
+    rings, found, light, fan, tallies, rng,
 ):  # fmt: skip
     """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
 
@@ -104,8 +104,8 @@ def take_events(
             leaks += again > wave.state[r, 7]
             continue
         if fate >= 0:
-            detector.ended[fate] += weight
-            detector.lost[fate] += 1 if order > 0 else branches
+            tallies.ended[fate] += weight
+            tallies.lost[fate] += 1 if order > 0 else branches
             continue
         if tried >= 0:
             for j in range(FAN):
@@ -117,12 +117,12 @@ def take_events(
                 high = tried
             alive = _search(
                 fan, low, high, weight, batch, azimuth, grid,
-                facet, rings, found, light, detector, rng, then, alive,
+                facet, rings, found, light, tallies, rng, then, alive,
             )  # fmt: skip
             continue
         if fate == OUT:
             _arrive(
-                detector, dx, dy, dz, weight, order, body, batch,
+                tallies, dx, dy, dz, weight, order, body, batch,
                 azimuth, ring_cosines, body_edges,
             )  # fmt: skip
             continue
@@ -135,19 +135,19 @@ def take_events(
         if order == 0:
             mirror_weight = (1 - through) * weight
             if not scattered:
-                detector.ended[ABSORBED] += through * weight
+                tallies.ended[ABSORBED] += through * weight
         else:
             mirrored = mirrored and rng.random() >= through
             scattered = scattered and not mirrored
-            if scattered and body >= result.BODY_EXACT:
+            if scattered and body >= detector.BODY_EXACT:
                 scattered = rng.random() < facet.survival
             if not mirrored and not scattered:
-                detector.ended[ABSORBED] += weight
+                tallies.ended[ABSORBED] += weight
         if mirrored:
             ox, oy, oz = _mirrored(dx, dy, dz, mx, my, mz, mu)
             if oz > 0 and pz >= top:
                 _arrive(
-                    detector, ox, oy, oz, mirror_weight, order + 1, body, batch,
+                    tallies, ox, oy, oz, mirror_weight, order + 1, body, batch,
                     azimuth, ring_cosines, body_edges,
                 )  # fmt: skip
             else:
@@ -173,7 +173,7 @@ def take_events(
             low = high if pz >= top else 0  # nothing is above the highest point
             alive = _search(
                 fan, low, high, through * weight, batch, azimuth, grid,
-                facet, rings, found, light, detector, rng, then, alive,
+                facet, rings, found, light, tallies, rng, then, alive,
             )  # fmt: skip
     return alive, unmet, grazes, leaks
 
@@ -191,7 +191,7 @@ def _search(
     rings,
     found,
     light,
-    detector,
+    tallies,
     rng,
     then,
     alive,
@@ -203,11 +203,11 @@ def _search(
         then.state[alive, 4], then.state[alive, 5], then.state[alive, 6] = low, high, ring
         return alive + 1
     found[like(fan, grid), low] += 1
-    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, detector, rng)
+    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, tallies, rng)
     if ring < 0:
         return alive
     if not facet.multiple_scattering:
-        detector.ended[LEFT_OUT] += weight
+        tallies.ended[LEFT_OUT] += weight
         return alive
     probe(then, alive, fan, ring, weight, batch, rings)
     return alive + 1

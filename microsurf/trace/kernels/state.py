@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import dataset as result
+from ...results import detector
 
 BATCHES = 32
 """Light rays are dealt to so many batches in turn, all of them all over the tile: their
@@ -72,12 +72,12 @@ class Detector(NamedTuple):
     lost: NDArray[np.int64]
 
 
-def empty_detector() -> Detector:
+def empty_tallies() -> Detector:
     """Nothing seen yet."""
-    events, orders = len(result.BODY_EVENTS), len(result.ORDERS)
+    events, orders = len(detector.BODY_EVENTS), len(detector.ORDERS)
     return Detector(
-        np.zeros((events, orders, result.SECTORS, result.RINGS)),
-        np.zeros((len(result.KINDS), result.SECTORS, result.RINGS)),
+        np.zeros((events, orders, detector.SECTORS, detector.RINGS)),
+        np.zeros((len(detector.KINDS), detector.SECTORS, detector.RINGS)),
         np.zeros((BATCHES, orders, events)),
         np.zeros(len(ENDS)),
         np.zeros(len(ENDS), np.int64),

@@ -12,7 +12,7 @@ from scipy import stats
 
 from microsurf.analysis.convergence.steps import EFFORTS, Effort, mesh_steps, ray_counts, tile_steps
 from microsurf.analysis.convergence.study import converge
-from microsurf.cli import entry as cli
+from microsurf.cli import entry
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import generate_surface, write_surface
 
@@ -144,7 +144,7 @@ def run(monkeypatch, capsys, tmp_path):
         capsys.readouterr()
         code = 0
         try:
-            cli.main()
+            entry.main()
         except SystemExit as end:
             code = end.code or 0
         return code, *capsys.readouterr()

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from microsurf import measure, model
-from microsurf.analysis.error_budget import assemble as budget
-from microsurf.analysis.error_budget import refinement
+from microsurf.analysis.error_budget import assemble, refinement
 from microsurf.analysis.error_budget.regions import FIRST, HIGHER, TOTAL
-from microsurf.report.figures import error_budget as budget_plot
-from microsurf.results import albedo as summary
+from microsurf.report.figures import error_budget
+from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import Heightfield, surfaces_of
 
@@ -34,8 +33,8 @@ def made():
 
 
 def of(scene, measured, predicted, surfaces, **more):
-    return budget.budget_of(
-        budget.cases_of(scene, measured, predicted, surfaces, walks=20_000, **more)
+    return assemble.budget_of(
+        assemble.cases_of(scene, measured, predicted, surfaces, walks=20_000, **more)
     )[0].terms
 
 
@@ -49,17 +48,19 @@ def share(before, after, quantity, term):
 
 def test_terms_add_up_to_measured_less_predicted(made):
     surfaces, measured, predicted = made
-    found = budget.budget_of(budget.cases_of(SMALL, measured, predicted, surfaces, walks=20_000))
+    found = assemble.budget_of(
+        assemble.cases_of(SMALL, measured, predicted, surfaces, walks=20_000)
+    )
     (only,) = found
-    total = float(summary.quantity(measured, "total", 1.5, 0.8).mean())
+    total = float(albedos.quantity(measured, "total", 1.5, 0.8).mean())
     assert sum(t.value for t in only.terms[TOTAL].values()) == pytest.approx(
         total - only.predicted["total"], abs=1e-12
     )
-    rows = budget.rows(found)
+    rows = assemble.rows(found)
     assert {row["term"] for row in rows} == {
         "law", "slopes", "losses", "masking", "multiple", "noise",
     }  # fmt: skip
-    figure = budget_plot.figure(rows)
+    figure = error_budget.figure(rows)
     assert len(figure.axes) == 3
 
 
@@ -149,7 +150,7 @@ def test_another_structure_is_masking(structure):
         surfaces: list[Heightfield] = list(surfaces_of(asked, 1))
         measured = measure(asked, surfaces, seed=2)
         found.append(
-            budget.budget_of(budget.cases_of(asked, measured, predicted, surfaces))[0].terms
+            assemble.budget_of(assemble.cases_of(asked, measured, predicted, surfaces))[0].terms
         )
     part, moved = share(*found, FIRST[0], "masking")
     if structure == "tops":

@@ -5,9 +5,7 @@ from dataclasses import replace
 import pytest
 
 from microsurf import model, trace
-from microsurf.analysis.tradeoff import from_validation as frontier
-from microsurf.analysis.tradeoff import methods as rungs
-from microsurf.analysis.tradeoff import pareto as ladder
+from microsurf.analysis.tradeoff import from_validation, methods, pareto
 from microsurf.analysis.tradeoff.from_validation import frontier_of
 from microsurf.analysis.validate import Validation
 from microsurf.invariants import Invariant
@@ -36,8 +34,8 @@ def found(measured):
     smith = model.predict(SCENE, "smith")
     planted = smith.assign(flux=OFF * smith.flux)
     with pytest.MonkeyPatch.context() as patch:
-        effort = replace(frontier.EFFORT, walks=((1000, 4),))
-        patch.setattr(frontier, "EFFORT", effort)
+        effort = replace(from_validation.EFFORT, walks=((1000, 4),))
+        patch.setattr(from_validation, "EFFORT", effort)
         made = {"smith": (smith, SPENT), "vcavity": (planted, 4 * SPENT)}
         return frontier_of(SCENE, measured, made, seed=1)
 
@@ -54,15 +52,15 @@ def test_all_models_run_and_no_surface(found):
 def test_a_model_that_is_off_is_shown_worse(found):
     """Apart by 13.9 standard errors or more with 40 seeds; about 3 are needed."""
     points = {point.name: point.squared for point in found.points["albedo"]}
-    assert ladder.worse(points["vcavity"], points["smith"])
-    assert not ladder.worse(points["smith"], points["vcavity"])
+    assert pareto.worse(points["vcavity"], points["smith"])
+    assert not pareto.worse(points["smith"], points["vcavity"])
     assert "vcavity" in found.dominated["albedo"]
     # The reference's own error is in it, and does not hide it: 0.40 at least with 40 seeds.
-    assert ladder.error(points["vcavity"]).low > 0.2
+    assert pareto.error(points["vcavity"]).low > 0.2
 
 
 def test_none_where_nothing_could_be_told(measured):
-    few = measured.isel(realisation=slice(0, frontier.LEAST - 1))
+    few = measured.isel(realisation=slice(0, from_validation.LEAST - 1))
     assert frontier_of(SCENE, few, {}) is None
     black = replace(SCENE, material=Material(1.0, (0.0,)))
     assert frontier_of(black, measured, {}) is None
@@ -89,5 +87,5 @@ def test_a_flat_scene_has_one_rung_that_is_right():
     flat = replace(SCENE, roughness=Roughness(2.0, (0.0,)), material=Material(1.5, (0.5,)))
     measured = trace.measure(flat, seed=2)
     found = frontier_of(flat, measured, {}, seed=0)
-    assert [run.rung for run in found.runs] == rungs.rungs_of(flat, frontier.EFFORT)
-    assert ladder.error(found.points["albedo"][0].squared).low < 0.01
+    assert [run.rung for run in found.runs] == methods.rungs_of(flat, from_validation.EFFORT)
+    assert pareto.error(found.points["albedo"][0].squared).low < 0.01

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from judge import rate
 
-from microsurf.analysis.tradeoff import pareto as ladder
+from microsurf.analysis.tradeoff import pareto
 from microsurf.analysis.tradeoff.pareto import Point, error, half_width, pseudo_values, squared
 
 EXACT = np.array([[1.0]])
@@ -98,15 +98,15 @@ def test_domination_asks_for_both_and_ties_are_ties():
     rng = np.random.default_rng(8)
     reference = draws(rng, 8, 1.0, 0.01)
     good, bad = of("good", 1.001, 1.0, reference), of("bad", 1.2, 2.0, reference)
-    assert ladder.dominated([good, bad]) == {"bad": "good"}
-    assert ladder.dominated([good, of("as dear", 1.2, 1.1, reference)]) == {}
-    assert ladder.dominated([good, of("as good", 0.999, 2.0, reference)]) == {}
-    assert ladder.dominated([of("worse", 1.3, 1.0, reference), bad]) == {}
-    assert not ladder.worse(bad.squared, bad.squared)
+    assert pareto.dominated([good, bad]) == {"bad": "good"}
+    assert pareto.dominated([good, of("as dear", 1.2, 1.1, reference)]) == {}
+    assert pareto.dominated([good, of("as good", 0.999, 2.0, reference)]) == {}
+    assert pareto.dominated([of("worse", 1.3, 1.0, reference), bad]) == {}
+    assert not pareto.worse(bad.squared, bad.squared)
     # They share the reference: what one interval overlaps the pair can tell.
     near, far = (squared([(np.array([[v]]), reference)]) for v in (1.05, 1.051))
     assert error(near).high > error(far).low
-    assert ladder.worse(far, near)
+    assert pareto.worse(far, near)
 
 
 @pytest.mark.parametrize(("own", "reference"), [(2, 8), (0, 8), (1, 2)])

@@ -9,21 +9,20 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.analysis import ablation as effects
+from microsurf.analysis import ablation
 from microsurf.analysis.ablation import contributions
-from microsurf.analysis.tradeoff import pareto as ladder
+from microsurf.analysis.tradeoff import pareto
 from microsurf.analysis.tradeoff.effort import EFFORTS, Effort
 from microsurf.analysis.tradeoff.methods import draws_of, mesh_of, rungs_of
 from microsurf.analysis.tradeoff.recommend import advise
 from microsurf.analysis.tradeoff.study import quantities_of, tradeoff
 from microsurf.cli import advise as advise_command
-from microsurf.cli import entry as cli
+from microsurf.cli import entry
 from microsurf.cli import tradeoff as tradeoff_command
 from microsurf.errors import InputError
-from microsurf.report.figures import pareto as frontier_plot
-from microsurf.results import dataset as result
-from microsurf.scene import Light, Material, Roughness, Scene, Surface
-from microsurf.scene import toml as scene_file
+from microsurf.report.figures import pareto as pareto_figure
+from microsurf.results import detector
+from microsurf.scene import Light, Material, Roughness, Scene, Surface, toml
 
 TINY = Effort(((1000, 4), (5000, 3)), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
 SCENE = Scene(
@@ -64,13 +63,13 @@ def test_points_have_costs_and_errors(found):
     for points in found.points.values():
         for point in points:
             assert 0 < point.seconds_low < point.seconds < point.seconds_high
-            error = ladder.error(point.squared)
+            error = pareto.error(point.squared)
             assert 0 <= error.low <= error.value <= error.high
             assert error.value <= error.below <= error.high
     assert found.reference.surfaces == 4
     # Flat misses the peak of a rough surface by far; what is far off fails beyond doubt.
     flat = next(p for p in found.points["peak"] if p.name == "flat")
-    assert ladder.error(flat.squared).low > 1
+    assert pareto.error(flat.squared).low > 1
     for run in found.runs:
         assert run.bytes > 0
         assert (run.evaluation is None) == (run.rung.model == "surface")
@@ -92,17 +91,17 @@ def test_the_same_seed_gives_the_same_errors(strict):
 
 
 def test_rows_and_figure(found):
-    rows = frontier_plot.rows(found)
+    rows = pareto_figure.rows(found)
     assert len(rows) == 5 * len(found.runs)
     names = {run.rung.name for run in found.runs}
     assert {row["dominated_by"] for row in rows} <= {None, *names}
     assert sum("frontier" in line for line in tradeoff_command._lines(found)) >= 5
-    costs = frontier_plot.within(rows)
+    costs = pareto_figure.within(rows)
     assert len(costs) == 9
     for name in ("albedo", "peak", "lobe"):
         seconds = [c["seconds"] or np.inf for c in costs if c["quantity"] == name]
         assert seconds == sorted(seconds, reverse=True)  # more accuracy never costs less
-    panels = frontier_plot.figure(rows, "small").axes
+    panels = pareto_figure.figure(rows, "small").axes
     assert [panel.get_xscale() for panel in panels] == ["log"] * 3
 
 
@@ -114,7 +113,7 @@ def test_draws_are_the_result_s_albedo_and_lobes():
     draws = draws_of(dataset, scene)
     assert len(draws) == 8
     one = draws[50.0, 90.0, 0.9]
-    assert one.specular.shape == one.lobe.shape == (1, result.RINGS * result.SECTORS)
+    assert one.specular.shape == one.lobe.shape == (1, detector.RINGS * detector.SECTORS)
     assert 0 < one.lobe.sum() < one.albedo[0, 0] < 1
     assert draws[50.0, 0.0, 0.2].albedo[0, 0] < one.albedo[0, 0]
 
@@ -142,7 +141,7 @@ def test_where_nothing_holds_it_says_so_and_what_it_would_take(strict):
 
 def test_effects_have_the_sign_and_size_they_must(monkeypatch):
     """Of a white surface without interface: no substrate is nothing, one order loses light."""
-    monkeypatch.setattr(effects, "WALKS", 10_000)
+    monkeypatch.setattr(ablation, "WALKS", 10_000)
     white = replace(SCENE, material=Material(1.5, (1.0,)), roughness=Roughness(2.0, (0.5, 0.8)))
     found = {e.name: e for e in contributions(white, "albedo", seed=2)}
     assert set(found) == {
@@ -187,13 +186,13 @@ def test_what_can_not_be_asked_is_refused(scene, asked, message):
 
 def test_both_commands(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(EFFORTS, "quick", TINY)
-    monkeypatch.setattr(effects, "WALKS", 2000)
+    monkeypatch.setattr(ablation, "WALKS", 2000)
     file = tmp_path / "small.toml"
-    file.write_text(scene_file.to_toml(MIRROR), encoding="utf-8")
+    file.write_text(toml.to_toml(MIRROR), encoding="utf-8")
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["microsurf", *map(str, arguments)])
-        cli.main()
+        entry.main()
         return capsys.readouterr().out
 
     out = tmp_path / "out"

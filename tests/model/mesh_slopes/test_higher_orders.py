@@ -8,10 +8,9 @@ from microsurf import model
 from microsurf.model.mesh_slopes.higher_orders import BATCHES, order_change
 from microsurf.model.mesh_slopes.slope_bins import slope_bins
 from microsurf.model.mesh_slopes.slopes import Slopes
-from microsurf.physics import smith
-from microsurf.physics import student_t as std
-from microsurf.results import albedo as summary
-from microsurf.results import dataset as result
+from microsurf.physics import smith, student_t
+from microsurf.results import albedos as summary
+from microsurf.results import datasets
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 
 FACETS = 200_000
@@ -26,7 +25,7 @@ def scene(gamma, sigma, theta=(20.0, 75.0), **more):
 
 
 def slopes(gamma, sigma, factor=1.0):
-    return Slopes(std.slope_quantile(LEVELS, gamma) * factor, sigma, sigma)
+    return Slopes(student_t.slope_quantile(LEVELS, gamma) * factor, sigma, sigma)
 
 
 def mean_and_error(values):
@@ -43,7 +42,7 @@ def test_order_1_is_the_quadrature_of_the_other_parameters(
     asked, other = scene(gamma, (sigma,)), scene(other_gamma, (other_sigma,))
     given = slopes(other_gamma, sigma, other_sigma / sigma)
     found = order_change(asked, given, walks=50_000, seed=judge.seed(3))
-    kinds = result.by_kind(found.change, 1.5, 0.8).isel(phi_i=0).sel(order=1)
+    kinds = datasets.by_kind(found.change, 1.5, 0.8).isel(phi_i=0).sel(order=1)
     mean, error = mean_and_error(kinds.transpose("batch", "theta_i", "kind"))
     albedos = [
         summary.by_order(model.predict(s), 1.5, 0.8).isel(realisation=0, phi_i=0)
@@ -62,7 +61,7 @@ def test_later_orders_are_those_of_two_walks(judge):
     """σ up by a tenth, by weights and by walks of the other σ. Control: half the effect."""
     asked, other = (scene(2.5, (s,), (60.0,)) for s in (0.5, 0.55))
     found = order_change(asked, slopes(2.5, 0.5, 1.1), walks=100_000, seed=judge.seed(4))
-    kinds = result.by_kind(found.change, 1.5, 0.8).sum("kind").isel(theta_i=0, phi_i=0)
+    kinds = datasets.by_kind(found.change, 1.5, 0.8).sum("kind").isel(theta_i=0, phi_i=0)
     mean, error = mean_and_error(kinds)
     walks = [
         model.walk(s, walks=1_000_000, seed=judge.seed(k)) for k, s in enumerate((asked, other))
@@ -79,10 +78,10 @@ def test_later_orders_are_those_of_two_walks(judge):
 def test_a_cut_tail_is_that_of_walks_by_rejection(judge):
     """γ = 1.75, all facets beyond the steepest 1 % brought down to it."""
     asked = scene(1.75, (0.5,), (60.0,))
-    rho = np.minimum(slopes(1.75, 0.5).rho, std.slope_quantile(0.99, 1.75))
+    rho = np.minimum(slopes(1.75, 0.5).rho, student_t.slope_quantile(0.99, 1.75))
     given = Facets(rho, 0.5, 0.5)
     found = order_change(asked, given, walks=400_000, seed=judge.seed(5))
-    kinds = result.by_kind(found.change, 1.5, 0.8).sum("kind").isel(theta_i=0, phi_i=0)
+    kinds = datasets.by_kind(found.change, 1.5, 0.8).sum("kind").isel(theta_i=0, phi_i=0)
     mean, error = mean_and_error(kinds)
     own = walk_realised(asked, given, walks=2_000_000, seed=judge.seed(6))
     ideal = model.walk(asked, walks=8_000_000, seed=judge.seed(7))
@@ -95,7 +94,7 @@ def test_a_cut_tail_is_that_of_walks_by_rejection(judge):
 def test_excess_is_that_of_smith():
     """The table against Λ in closed form, at another σ: E[(ρ cosφ − c)₊] = c Λ."""
     gamma, factor = 2.0, 1.05
-    table = slope_bins(std.slope_quantile(LEVELS, gamma) * factor, gamma).table
+    table = slope_bins(student_t.slope_quantile(LEVELS, gamma) * factor, gamma).table
     u = np.linspace(0, 1, len(table))[100:900]
     c = u / (1 - u)
     w = np.stack([1 / np.hypot(1, c), 0 * c, c / np.hypot(1, c)], axis=-1)
@@ -114,7 +113,7 @@ def test_stds_own_slopes_change_nothing_but_the_tail():
 
 def test_one_order_alone_and_the_same_bits_whatever_the_workers():
     asked = scene(2.0, (0.5, 0.3), (30.0,), effects=Effects(multiple_scattering=False))
-    given = Slopes(std.slope_quantile(LEVELS, 2.0) * 1.02, 0.5, 0.3)
+    given = Slopes(student_t.slope_quantile(LEVELS, 2.0) * 1.02, 0.5, 0.3)
     one, two = (order_change(asked, given, walks=4096, seed=7, workers=n) for n in (1, 3))
     assert one.equals(two)
     assert not one.change.sel(order=[2, 3, 4]).any()

@@ -8,10 +8,8 @@ from mesh_slope_walk import Facets, walk_realised
 
 from microsurf import model
 from microsurf.model.mesh_slopes.order_one import first_order_change
-from microsurf.physics import smith
-from microsurf.physics import student_t as std
-from microsurf.physics import visible_normals as visible
-from microsurf.results import albedo as summary
+from microsurf.physics import smith, student_t, visible_normals
+from microsurf.results import albedos
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 
 COUNT = 2**20
@@ -19,7 +17,7 @@ COUNT = 2**20
 
 def of_std(gamma, sigma_x, sigma_y):
     u = (np.arange(COUNT) + 0.5) / COUNT
-    return Facets(std.slope_quantile(u, gamma), sigma_x, sigma_y)
+    return Facets(student_t.slope_quantile(u, gamma), sigma_x, sigma_y)
 
 
 def towards(theta, phi=0.3):
@@ -39,7 +37,7 @@ def test_lambda_is_smiths(gamma):
 
 @pytest.mark.parametrize("w", [towards(0.0), towards(60.0), -towards(80.0), -towards(60.0)])
 def test_facets_are_drawn_as_they_are_seen(w, judge):
-    """Means of m against quadrature-free draws of `physics.visible`.
+    """Means of m against quadrature-free draws of `physics.visible_normals`.
 
     Negative control: facets drawn for a direction 6° away.
     """
@@ -47,7 +45,7 @@ def test_facets_are_drawn_as_they_are_seen(w, judge):
     rng = np.random.default_rng(judge.seed(5))
     many = 100_000
     ours = slopes.visible(np.repeat(w[None], many, axis=0), rng)
-    exact = visible.sample(np.repeat(w[None], many, axis=0), 4.0, 0.6, 0.6, rng)
+    exact = visible_normals.sample(np.repeat(w[None], many, axis=0), 4.0, 0.6, 0.6, rng)
     assert np.all(ours @ w > 0)
 
     def means(a, b):
@@ -76,8 +74,8 @@ def test_the_walk_of_std_slopes_is_smiths_walk(theta, judge):
     for name, sigma in (("right", 0.6), ("wrong", 0.69)):
         ours = walk_realised(asked, of_std(4.0, sigma, sigma), walks=100_000, seed=judge.seed(4))
         assert float(ours.ended.isel(cause=2).sum()) == 0
-        orders[name] = summary.by_order(ours, 1.5, 0.8).sum("kind").values.ravel()
-    theirs = summary.by_order(exact, 1.5, 0.8).sum("kind").values.ravel()
+        orders[name] = albedos.by_order(ours, 1.5, 0.8).sum("kind").values.ravel()
+    theirs = albedos.by_order(exact, 1.5, 0.8).sum("kind").values.ravel()
     error = np.sqrt(theirs * (1 / 100_000 + 1 / 2_000_000))
     judge.near(orders["right"], theirs, error)
     judge.tells(orders["wrong"], theirs, error)

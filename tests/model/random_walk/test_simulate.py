@@ -9,15 +9,13 @@ from scipy import stats
 from microsurf import model
 from microsurf.errors import InputError
 from microsurf.invariants.walk_furnace import furnace
-from microsurf.model.random_walk import facet_kernels
-from microsurf.model.random_walk import smith_kernels as kernels
+from microsurf.model.random_walk import facet_kernels, smith_kernels
 from microsurf.model.random_walk.evaluate import evaluate_walk
 from microsurf.model.random_walk.parameters import facet_of, law_of, stream
 from microsurf.model.random_walk.simulate import KINDS, MOST_EVENTS, walk
 from microsurf.physics import facet, fresnel
 from microsurf.physics import visible_normals as visible
-from microsurf.results import albedo as summary
-from microsurf.results import dataset as result
+from microsurf.results import albedos, datasets, detector
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 from microsurf.stats.hypothesis_tests import chi_square, z_test
 
@@ -79,14 +77,15 @@ def test_the_table_holds_the_projected_area(gamma):
         across = np.hypot(law.scale_x * w[0], law.scale_y * w[1])
         expected = visible.projected_area(w, gamma, 0.5, 0.2) - w[2]
         assert (
-            abs(kernels.above(w[2], across, law) - expected) < 1e-10 * law.excess * across + 1e-16
+            abs(smith_kernels.above(w[2], across, law) - expected)
+            < 1e-10 * law.excess * across + 1e-16
         )
 
 
 @njit
 def visible_normals(out, wx, wy, wz, law, state):
     for k in range(len(out)):
-        out[k] = kernels.visible_normal(wx, wy, wz, law, state)
+        out[k] = smith_kernels.visible_normal(wx, wy, wz, law, state)
 
 
 @pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.5, 8.0, 1e6, np.inf])
@@ -121,9 +120,9 @@ def order_one(kind, walks, roughness, material, seed, theta=(0.0, 60.0, 85.0)):
     predicted = model.predict(asked, CLOSED[kind])
     levels = []
     for quantity in ("specular", "body"):
-        measured = summary.quantity(walked, quantity, n, kd).values
-        error = summary.ray_error(walked, quantity, n, kd).values
-        expected = summary.quantity(predicted, quantity, n, kd).values
+        measured = albedos.quantity(walked, quantity, n, kd).values
+        error = albedos.ray_error(walked, quantity, n, kd).values
+        expected = albedos.quantity(predicted, quantity, n, kd).values
         levels.append(z_test(measured, expected, error))  # without an error: equal
     return levels
 
@@ -145,8 +144,8 @@ def test_order_one_is_the_closed_form(kind, roughness, material, judge):
 def test_order_one_of_gold_is_the_closed_form(kind, judge):
     walked = walk(GOLD, kind, walks=300_000, seed=judge.seed(0))
     predicted = model.predict(GOLD, CLOSED[kind])
-    measured, expected = (summary.quantity(d, "specular", 0.43, 0.0) for d in (walked, predicted))
-    error = summary.ray_error(walked, "specular", 0.43, 0.0)
+    measured, expected = (albedos.quantity(d, "specular", 0.43, 0.0) for d in (walked, predicted))
+    error = albedos.ray_error(walked, "specular", 0.43, 0.0)
     judge.near(measured, expected, error)
     judge.tells(measured, 1.02 * expected, error)  # the negative control
     assert walked.flux.sel(order=2).sum() > 0.01
@@ -164,9 +163,9 @@ def test_the_two_models_are_told_apart(judge):
     """The negative control: order 1 of grooves must fail against Smith's."""
     asked = scene(theta=(70.0,), kd=0.0)
     walked = walk(asked, "vcavity-walk", walks=200_000, seed=judge.seed(0))
-    error = summary.ray_error(walked, "specular", 1.5, 0.0)
-    other = summary.quantity(model.predict(asked, "smith"), "specular", 1.5, 0.0)
-    judge.tells(summary.quantity(walked, "specular", 1.5, 0.0), other, error)
+    error = albedos.ray_error(walked, "specular", 1.5, 0.0)
+    other = albedos.quantity(model.predict(asked, "smith"), "specular", 1.5, 0.0)
+    judge.tells(albedos.quantity(walked, "specular", 1.5, 0.0), other, error)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -222,9 +221,9 @@ def test_evaluation_and_walks_agree_in_a_bin(judge):
     """f averaged over one bin of the detector, every order: two estimators, one integral."""
     asked = scene(theta=(60.0,), kd=1.0, roughness=(2.0, (1.0,)))
     walked = walk(asked, walks=2_000_000, seed=judge.seed(3))
-    ring, sector = result.ring_of(40.0), 9
+    ring, sector = detector.ring_of(40.0), 9
     share = walked.flux.isel(theta_o=ring, phi_o=sector).sum(("order", "body_events")).item()
-    low, high = np.cos(np.radians(result.RING_EDGES[[ring + 1, ring]]))
+    low, high = np.cos(np.radians(detector.RING_EDGES[[ring + 1, ring]]))
     rng = np.random.default_rng(judge.seed(5))
     o = np.array(
         [
@@ -294,10 +293,10 @@ def test_a_capped_walk_or_a_wrong_law_fails_the_white_furnace():
 @pytest.mark.parametrize("n", [1.0, 1.5])
 def test_nothing_is_lost_at_unit_substrate(kind, n):
     walked = walk(scene((1.6, (1.0, 0.2)), n, 1.0), kind, walks=20_000)
-    energy = summary.quantity(walked, "total", n, 1.0)
+    energy = albedos.quantity(walked, "total", n, 1.0)
     np.testing.assert_allclose(energy, 1, rtol=1e-12)
     assert walked.ended.sum() == 0
-    assert (summary.lost_paths(walked) == 0).all()
+    assert (albedos.lost_paths(walked) == 0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -314,8 +313,8 @@ def test_thinned_long_walks_keep_their_light(judge):
     law = (1.6, (2.0,))
     thinned = walk(scene(law, kd=0.8, theta=(0.0,)), walks=100_000, seed=judge.seed(1))
     whole = walk(scene(law, kd=1.0, theta=(0.0,)), walks=100_000, seed=judge.seed(2))
-    mean = [summary.quantity(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
-    error = [summary.ray_error(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
+    mean = [albedos.quantity(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
+    error = [albedos.ray_error(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
     assert thinned.ended.sel(cause="absorbed").item() > 1000
     # Shared bins of body events add up to 2e−3 of the light beyond sixteen of them.
     judge.near(mean[0], mean[1], np.hypot(*error), within=2e-5)
@@ -347,7 +346,7 @@ def test_one_order_alone_leaves_the_rest_out(kind):
     alone = walk(scene(effects=Effects(multiple_scattering=False)), kind, walks=50_000)
     assert alone.flux.sel(order=slice(2, None)).sum() == 0
     assert (alone.arrived + alone.ended.sel(cause="left out") == alone.paths).all()
-    assert (summary.lost_paths(alone) == 0).all()
+    assert (albedos.lost_paths(alone) == 0).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -360,18 +359,18 @@ def test_a_black_facet_without_interface_sends_nothing_back(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_flat_scene_is_one_facet_exactly(kind):
     walked = walk(scene((2.0, (0.0,))), kind, walks=10)
-    total = summary.quantity(walked, "total", 1.5, 0.8).values.ravel()
+    total = albedos.quantity(walked, "total", 1.5, 0.8).values.ravel()
     cosine = np.cos(np.radians([0.0, 60.0, 85.0]))
     np.testing.assert_allclose(total, facet.albedo(cosine, 1.5, 0.8), rtol=1e-12)
-    assert (summary.standard_error(walked, "total", 1.5, 0.8) == 0).all()
+    assert (albedos.standard_error(walked, "total", 1.5, 0.8) == 0).all()
 
 
 def test_figures_and_files_take_a_walk_as_any_result(tmp_path):
     walked = walk(scene(), walks=10_000)
-    figures = summary.figures(walked, 1.5, (0.0, 0.8))
+    figures = albedos.figures(walked, 1.5, (0.0, 0.8))
     assert all(0 < se < 0.01 for pair in figures["albedo_se"] for se in pair)
-    result.save(walked, tmp_path / "walk.nc")
-    np.testing.assert_array_equal(result.load(tmp_path / "walk.nc").flux, walked.flux)
+    datasets.save(walked, tmp_path / "walk.nc")
+    np.testing.assert_array_equal(datasets.load(tmp_path / "walk.nc").flux, walked.flux)
 
 
 @pytest.mark.parametrize(

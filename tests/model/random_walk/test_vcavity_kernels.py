@@ -9,8 +9,8 @@ from microsurf import model
 from microsurf.model.random_walk.evaluate import evaluate_walk
 from microsurf.model.random_walk.parameters import facet_of, law_of, stream
 from microsurf.model.random_walk.vcavity_kernels import chain, more_mirrors
-from microsurf.model.single_scattering import brdf as single
-from microsurf.results import dataset as result
+from microsurf.model.single_scattering import brdf
+from microsurf.results import datasets, detector
 from microsurf.scene import Light, Material, Roughness, Scene
 
 PAIRS = [
@@ -36,9 +36,9 @@ def kernel_arguments(asked):
 @pytest.mark.parametrize("material", [Material(1.5, (0.0,)), GOLD])
 def test_one_mirror_is_the_closed_form(roughness, material):
     asked = scene(*roughness, material)
-    facets = single.Facets(material.n, asked.roughness.gamma, asked.roughness.sigma_x,
+    facets = brdf.Facets(material.n, asked.roughness.gamma, asked.roughness.sigma_x,
                            asked.roughness.sigma_y, "vcavity", material.k)  # fmt: skip
-    expected = single.specular(facets, LIGHT, EYE) * EYE[:, 2]
+    expected = brdf.specular(facets, LIGHT, EYE) * EYE[:, 2]
     law, facet = kernel_arguments(asked)
     found = [chain(1, *i, *o, law, facet) for i, o in zip(LIGHT, EYE, strict=True)]
     # 1e−9 of the exponent at γ = 1e9, which one of the two rounds as a power.
@@ -140,13 +140,13 @@ def test_each_number_of_mirrors_is_reciprocal():
 
 def average(asked, ring, sector, order, rng, count=1500):
     """∫ f cosθ_o dω over a bin of the detector, its standard error, specular and body apart."""
-    low, high = np.cos(np.radians(result.RING_EDGES[[ring + 1, ring]]))
+    low, high = np.cos(np.radians(detector.RING_EDGES[[ring + 1, ring]]))
     z = rng.uniform(low, high, count)
-    phi = rng.uniform(sector - 0.5, sector + 0.5, count) * 360 / result.SECTORS
+    phi = rng.uniform(sector - 0.5, sector + 0.5, count) * 360 / detector.SECTORS
     o = np.array([direction(np.degrees(np.arccos(c)), d) for c, d in zip(z, phi, strict=True)])
     i = direction(asked.light.theta[0], 0)
     f, _ = evaluate_walk(asked, i, o, "vcavity-walk", 16, rng, (order, order))
-    solid = (high - low) * 2 * np.pi / result.SECTORS
+    solid = (high - low) * 2 * np.pi / detector.SECTORS
     values = np.stack([f.specular, f.body]) * o[:, 2] * solid
     return values.mean(axis=1), values.std(axis=1) / np.sqrt(count)
 
@@ -171,14 +171,14 @@ def walked(new_seed):
 def test_bins_of_the_walk_by_order(walked, case, theta_o, sector, judge):
     """f averaged over a bin against the walks that fell into it, order by order."""
     asked, found = walked[case]
-    ring, material = result.ring_of(theta_o), asked.material
-    energy = result.by_kind(found.flux, material.n, material.kd[0]).isel(
+    ring, material = detector.ring_of(theta_o), asked.material
+    energy = datasets.by_kind(found.flux, material.n, material.kd[0]).isel(
         realisation=0, theta_i=0, phi_i=0, theta_o=ring, phi_o=sector
     )
     rows, rng = [], np.random.default_rng(judge.seed(0))
     for order in (1, 2, 3):
         mean, error = average(asked, ring, sector, order, rng)
-        for k, kind in enumerate(result.KINDS):
+        for k, kind in enumerate(detector.KINDS):
             share = energy.sel(order=order, kind=kind).item()
             spread = np.hypot(error[k], np.sqrt(max(share, 1e-6) / 3_000_000))
             rows.append((mean[k], share, spread))

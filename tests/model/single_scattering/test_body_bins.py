@@ -2,11 +2,10 @@ import numpy as np
 import pytest
 
 from microsurf.model.directions import direction
-from microsurf.model.single_scattering import brdf as single
-from microsurf.model.single_scattering import flat
+from microsurf.model.single_scattering import brdf, flat
 from microsurf.model.single_scattering.body_bins import body_bins
 from microsurf.model.single_scattering.facets import MASKINGS, Facets
-from microsurf.results import dataset as result
+from microsurf.results import detector
 
 
 def albedo(facets, theta_i, phi_i):
@@ -18,7 +17,7 @@ def albedo(facets, theta_i, phi_i):
         for start in (0, np.pi):
             o = direction(np.arccos(mu), phi_i + start + np.pi / 2 * (1 + x))
             i = np.broadcast_to(direction(theta_i, phi_i), o.shape)
-            f = single.body(facets, i.reshape(-1, 3), o.reshape(-1, 3)).reshape(24, 24)
+            f = brdf.body(facets, i.reshape(-1, 3), o.reshape(-1, 3)).reshape(24, 24)
             total += w @ (f * mu) @ w * (high - low) / 2 * np.pi / 2
     return total
 
@@ -38,12 +37,12 @@ def test_a_bin_against_its_own_gauss_rule(bin_):
     facets = Facets(1.5, 2.0, 0.5, 0.5, "smith")
     bins, _ = body_bins(facets, np.radians(40), 0.0)
     x, w = np.polynomial.legendre.leggauss(5)
-    low, high = np.radians(result.RING_EDGES[[bin_[0], bin_[0] + 1]])
+    low, high = np.radians(detector.RING_EDGES[[bin_[0], bin_[0] + 1]])
     theta = (low + high) / 2 + (high - low) / 2 * x[:, None]
     delta = np.radians(10 * bin_[1] + 5 * x)
     o = direction(theta, delta)
     i = np.broadcast_to(direction(np.radians(40), 0.0), o.shape)
-    f = single.body(facets, i.reshape(-1, 3), o.reshape(-1, 3)).reshape(5, 5)
+    f = brdf.body(facets, i.reshape(-1, 3), o.reshape(-1, 3)).reshape(5, 5)
     density = f * np.cos(theta) * np.sin(theta)
     expected = w @ density @ w * (high - low) / 2 * np.radians(5)
     assert bins[bin_] == pytest.approx(expected, rel=2e-6)

@@ -4,8 +4,7 @@ import pytest
 from mpmath import mp, mpf
 
 from microsurf.model.directions import direction
-from microsurf.model.single_scattering import body_closed_form as approximate
-from microsurf.model.single_scattering import brdf as single
+from microsurf.model.single_scattering import body_closed_form, brdf
 from microsurf.model.single_scattering.facets import Facets
 from microsurf.physics import fresnel
 
@@ -25,7 +24,7 @@ def student(u, nu):
 @pytest.mark.parametrize("c", [-3.0, -0.2, 0.7, 4.0])
 @pytest.mark.parametrize("nu", [3.5, 5.0, 40.0, np.inf])
 def test_partial_moments_against_mpmath(nu, c):
-    found = approximate._partial(np.array([c]), nu, 3)
+    found = body_closed_form._partial(np.array([c]), nu, 3)
     for k, value in enumerate(found):
         exact = mp.quad(lambda u, k=k: u**k * student(u, nu), [-mp.inf, -10, -1, c])
         # Each step k − 2 → k adds rounding of terms no larger than 10, over ν − k ≥ 0.5.
@@ -48,7 +47,7 @@ def weighted(power, rise, gamma, sigma):
 @pytest.mark.parametrize("sigma", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize("gamma", [1.75, 2.0, 8.0, np.inf])
 def test_law_keeps_mass_and_second_moments(gamma, sigma, power):
-    law = approximate._law(gamma, sigma, sigma, power)
+    law = body_closed_form._law(gamma, sigma, sigma, power)
     assert law.mass == pytest.approx(weighted(power, 0, gamma, sigma), rel=1e-9)
     variance = law.scale[0] ** 2 / (1 - 2 / law.nu)  # of a t with ν degrees of freedom
     assert 2 * law.mass * variance == pytest.approx(weighted(power, 2, gamma, sigma), rel=1e-9)
@@ -65,8 +64,8 @@ def in_one_plane(a, b, side, nu):
 @pytest.mark.parametrize("nu", [2.5, 6.0, np.inf])
 @pytest.mark.parametrize(("a", "b"), [(0.3, 0.3), (0.5, 3.0), (20.0, 4.0)])
 def test_expectation_in_one_plane_is_exact(a, b, nu):
-    pair = approximate._pair(np.array([a]), np.array([b]), nu, 2)
-    minus, _, plus = approximate._both(pair)[:, 0]
+    pair = body_closed_form._pair(np.array([a]), np.array([b]), nu, 2)
+    minus, _, plus = body_closed_form._both(pair)[:, 0]
     assert plus == pytest.approx(in_one_plane(a, b, 1, nu), rel=1e-10)
     # Kept above 1e−10 of the other.
     assert minus == pytest.approx(in_one_plane(a, b, -1, nu) + 1e-10 * plus, rel=1e-8)
@@ -91,7 +90,7 @@ def test_expectation_across_is_exact_where_it_says(a, b):
         return below + width * height * (1 + c**2 / (nu + 1)) ** (-nu / 2)
 
     exact = mp.quad(lambda u: (1 - a * u) * student(u, nu) * given(u), [-mp.inf, -3, 0, 1 / a])
-    value = approximate._joined(np.array([a]), np.array([b]), 4.0, 1)[0]
+    value = body_closed_form._joined(np.array([a]), np.array([b]), 4.0, 1)[0]
     assert value == pytest.approx(float(exact), rel=1e-9)
 
 
@@ -109,7 +108,7 @@ def errors(body, facets):
     rms, albedo = [], []
     for theta in np.degrees(np.arcsin(np.sqrt([0.1, 0.3, 0.5, 0.7, 0.9]))):
         i, o, flux = hemisphere(theta)
-        exact, value = single.body(facets, i, o, 0.5), body(facets, i, o)
+        exact, value = brdf.body(facets, i, o, 0.5), body(facets, i, o)
         rms.append(np.sum(flux * (value / exact - 1) ** 2))
         albedo.append((np.sum(flux * value) / np.sum(flux * exact) - 1) ** 2)
     return np.sqrt(np.mean(rms)), np.sqrt(np.mean(albedo))
@@ -126,7 +125,7 @@ def lambertian_with_interface(facets, i, o):
 @pytest.mark.parametrize(("sigma", "rms_goal", "albedo_goal"), GOALS)
 def test_error_reaches_the_goal(sigma, rms_goal, albedo_goal, gamma, n):
     facets = Facets(n, gamma, sigma, sigma)
-    rms, albedo = errors(approximate.body, facets)
+    rms, albedo = errors(body_closed_form.body, facets)
     assert rms < rms_goal
     assert albedo < albedo_goal
     assert errors(lambertian_with_interface, facets)[0] > 2 * rms_goal  # negative control
@@ -136,11 +135,11 @@ def test_error_reaches_the_goal(sigma, rms_goal, albedo_goal, gamma, n):
 def test_anisotropic_error_reaches_the_goal(n):
     facets = Facets(n, 2.5, 0.2, 0.8)
     turn = np.array([[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]])
-    rms, albedo = errors(approximate.body, facets)
+    rms, albedo = errors(body_closed_form.body, facets)
     assert rms < 0.05
     assert albedo < 0.02
     i, o, flux = hemisphere(50)
-    exact, value = (body(facets, i @ turn, o @ turn) for body in (single.body, approximate.body))
+    exact, value = (body(facets, i @ turn, o @ turn) for body in (brdf.body, body_closed_form.body))
     assert np.sqrt(np.sum(flux * (value / exact - 1) ** 2)) < 0.05
 
 
@@ -151,7 +150,7 @@ def test_flat_limit(n, gamma):
     angles = np.radians([[0, 0, 0], [30, 60, 70], [60, 60, 180], [60, 20, 0]])
     i, o = direction(angles[:, 0], 0.0), direction(angles[:, 1], angles[:, 2])
     facets = Facets(n, gamma, 1e-4, 1e-4)
-    value, flat = approximate.body(facets, i, o), lambertian_with_interface(facets, i, o)
+    value, flat = body_closed_form.body(facets, i, o), lambertian_with_interface(facets, i, o)
     np.testing.assert_allclose(value, flat, rtol=1e-6)
 
 
@@ -168,10 +167,10 @@ def test_finite_positive_and_reciprocal_everywhere(gamma, n):
     i, o = all_directions()
     for sigma_x, sigma_y in [(1e-4, 1e-4), (1e-4, 10), (0.1, 0.3), (1, 1), (10, 10)]:
         facets = Facets(n, gamma, sigma_x, sigma_y)
-        value = approximate.body(facets, i, o)
+        value = body_closed_form.body(facets, i, o)
         assert np.all(np.isfinite(value))
         assert np.all(value >= 0)
-        np.testing.assert_allclose(value, approximate.body(facets, o, i), rtol=1e-12)
+        np.testing.assert_allclose(value, body_closed_form.body(facets, o, i), rtol=1e-12)
 
 
 @pytest.mark.parametrize("at", [0, 1, 2, 3])
@@ -183,7 +182,7 @@ def test_smooth_in_every_parameter(at):
     def slope(h):
         step = np.zeros(4)
         step[at] = h
-        high, low = (approximate.body(Facets(*(start + s)), i, o) for s in (step, -step))
+        high, low = (body_closed_form.body(Facets(*(start + s)), i, o) for s in (step, -step))
         return (high - low) / (2 * h)
 
     coarse, fine = slope(2e-4), slope(1e-4)
@@ -192,6 +191,6 @@ def test_smooth_in_every_parameter(at):
 
 def test_exchanging_the_axes_turns_an_anisotropic_lobe_by_90_degrees():
     i, o = (np.array([brute.direction(60, 20), brute.direction(40, 70)])[[k]] for k in (0, 1))
-    value = approximate.body(Facets(1.5, 2.0, 0.2, 0.7), i, o)
-    swapped = approximate.body(Facets(1.5, 2.0, 0.7, 0.2), i[:, [1, 0, 2]], o[:, [1, 0, 2]])
+    value = body_closed_form.body(Facets(1.5, 2.0, 0.2, 0.7), i, o)
+    swapped = body_closed_form.body(Facets(1.5, 2.0, 0.7, 0.2), i[:, [1, 0, 2]], o[:, [1, 0, 2]])
     np.testing.assert_allclose(value, swapped, rtol=1e-12)

@@ -8,7 +8,7 @@ import xarray as xr
 from microsurf import model
 from microsurf.errors import InputError
 from microsurf.physics import facet
-from microsurf.results import dataset as result
+from microsurf.results import datasets, detector
 from microsurf.scene import Light, Material, Roughness, Scene
 
 SCENE = Scene(
@@ -19,7 +19,7 @@ SCENE = Scene(
 
 
 def energies(scene, name):
-    return result.hemispherical(model.predict(scene, name).flux).squeeze(("realisation", "order"))
+    return datasets.hemispherical(model.predict(scene, name).flux).squeeze(("realisation", "order"))
 
 
 @pytest.mark.parametrize("name", model.NAMES)
@@ -28,9 +28,9 @@ def test_dimensions_are_those_of_a_measurement_and_energy_is_at_most_1(name):
     assert predicted.flux.dims == (
         "realisation", "theta_i", "phi_i", "order", "body_events", "theta_o", "phi_o",
     )  # fmt: skip
-    assert predicted.flux.shape == (1, 2, 1, 1, 2, result.RINGS, result.SECTORS)
+    assert predicted.flux.shape == (1, 2, 1, 1, 2, detector.RINGS, detector.SECTORS)
     assert np.all(predicted.flux >= 0)
-    total = result.hemispherical(predicted.flux).sum("body_events")
+    total = datasets.hemispherical(predicted.flux).sum("body_events")
     assert np.all(total <= 1 + 1e-12)
     assert predicted.attrs["model"] == name
     assert predicted.attrs["source"] == "prediction"
@@ -66,8 +66,8 @@ def test_only_what_the_scene_requires_runs():
 
 def test_a_prediction_is_saved_and_loaded(tmp_path):
     predicted = model.predict(replace(SCENE, material=Material(1.5, (0.0,))), "smith")
-    result.save(predicted, tmp_path / "p.nc")
-    xr.testing.assert_equal(result.load(tmp_path / "p.nc"), predicted)
+    datasets.save(predicted, tmp_path / "p.nc")
+    xr.testing.assert_equal(datasets.load(tmp_path / "p.nc"), predicted)
 
 
 @pytest.mark.parametrize("name", model.NAMES)
@@ -76,7 +76,7 @@ def test_evaluate_is_the_mean_brdf_of_a_small_bin_and_linear_in_the_body_weight(
     i, o = brute.direction(10, 0), brute.direction(20, 90)
     specular, body = model.evaluate(scene, i, o, name)
     flux = model.predict(scene, name).flux.squeeze(drop=True)
-    mean = result.brdf(flux).isel(theta_o=10, phi_o=9)
+    mean = datasets.brdf(flux).isel(theta_o=10, phi_o=9)
     weight = float(facet.body_weight(1.5, 0.5))
     # The lobe is curved over a bin of 2° × 10°: half a percent is far below its variation.
     assert float(mean[1]) * weight == pytest.approx(float(body), rel=5e-3)

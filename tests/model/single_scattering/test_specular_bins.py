@@ -2,25 +2,25 @@ import brute
 import numpy as np
 import pytest
 
-from microsurf.model.single_scattering import brdf as single
+from microsurf.model.single_scattering import brdf
 from microsurf.model.single_scattering.facets import MASKINGS, Facets
 from microsurf.model.single_scattering.specular_bins import specular_bins
 from microsurf.physics import fresnel
-from microsurf.results import dataset as result
+from microsurf.results import detector
 
 
 def ring_by_one_rule(facets, theta_i, ring, sector):
     """One bin by a midpoint rule of 1000² in (θ_o, Δ)."""
     k = (np.arange(1000) + 0.5) / 1000
-    theta = np.radians(result.RING_EDGES[ring] + 2 * k)[:, None]
-    delta = np.radians(result.SECTOR_EDGES[sector] + 10 * k)
+    theta = np.radians(detector.RING_EDGES[ring] + 2 * k)[:, None]
+    delta = np.radians(detector.SECTOR_EDGES[sector] + 10 * k)
     o = np.stack(
         np.broadcast_arrays(
             np.sin(theta) * np.cos(delta), np.sin(theta) * np.sin(delta), np.cos(theta)
         ),
         axis=-1,
     )
-    f = single.specular(facets, brute.direction(np.degrees(theta_i), 0), o)
+    f = brdf.specular(facets, brute.direction(np.degrees(theta_i), 0), o)
     return np.mean(f * np.cos(theta) * np.sin(theta)) * np.radians(2) * np.radians(10)
 
 
@@ -64,9 +64,9 @@ def test_a_narrow_lobe_is_captured(theta, sigma, masking):
 
 def test_at_sigma_0_001_the_lobe_is_in_one_bin_and_holds_the_fresnel_reflectance():
     bins, _ = specular_bins(Facets(1.5, 8.0, 0.001, 0.001), np.radians(60), 0.0)
-    ring = result.ring_of(60.0)
+    ring = detector.ring_of(60.0)
     assert bins[ring, 18] == pytest.approx(fresnel.reflectance(0.5, 1.5), rel=1e-4)
-    assert bins.argmax() == ring * result.SECTORS + 18
+    assert bins.argmax() == ring * detector.SECTORS + 18
 
 
 @pytest.mark.parametrize("masking", MASKINGS)

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.model.single_scattering import brdf as single
+from microsurf.model.single_scattering import brdf
 from microsurf.model.single_scattering.specular_bins import specular_bins
 from microsurf.model.user_brdf.bin_integrals import integrate
-from microsurf.results import dataset as result
+from microsurf.results import detector
 
 
 def test_a_constant_fills_the_bins_by_their_projected_solid_angle():
     bins, error = integrate(lambda o: np.full((1, len(o)), 1 / np.pi), 0.7, 0.2)
-    exact = np.repeat(result.projected_solid_angles(), result.SECTORS, axis=1) / np.pi
+    exact = np.repeat(detector.projected_solid_angles(), detector.SECTORS, axis=1) / np.pi
     np.testing.assert_allclose(bins[0], exact, rtol=1e-12)
     assert error[0] < 1e-9
 
@@ -25,11 +25,11 @@ def test_spikes_come_out_as_from_the_quadrature_that_knows_them(gamma, sigma, th
 
     The stated error must cover the real one, up to what the other leaves.
     """
-    facets = single.Facets(1.5, gamma, sigma, sigma)
+    facets = brdf.Facets(1.5, gamma, sigma, sigma)
     i = model.direction(np.radians(theta), 0.3)
 
     def lobe(o):
-        return single.specular(facets, np.broadcast_to(i, o.shape), o)[None]
+        return brdf.specular(facets, np.broadcast_to(i, o.shape), o)[None]
 
     bins, error = integrate(lobe, np.radians(theta), 0.3)
     known, _ = specular_bins(facets, np.radians(theta), 0.3)
@@ -44,7 +44,7 @@ def test_parts_are_integrated_together_but_know_their_own_errors():
         return np.stack([np.ones(len(o)), np.exp(-1e3 * o[:, 0] ** 2)])
 
     bins, error = integrate(two, 0.3, 0.0)
-    assert bins.shape == (2, result.RINGS, result.SECTORS)
+    assert bins.shape == (2, detector.RINGS, detector.SECTORS)
     assert error[0] < 1e-6 < error[1] < 1e-3
     # ∫ exp(−a x²) over the projected disc: strips of height 2 √(1 − x²).
     x, w = np.polynomial.legendre.leggauss(400)

@@ -8,7 +8,7 @@ import pytest
 from microsurf import model
 from microsurf.errors import InputError
 from microsurf.model import Candidate, examine, load_candidate, predict_candidate
-from microsurf.results import dataset as result
+from microsurf.results import datasets
 from microsurf.scene import Light, Material, Roughness, Scene
 
 SCENE = Scene(material=Material(1.5, (0.5,)), light=Light((20.0, 60.0)))
@@ -170,7 +170,7 @@ def test_a_pair_is_order_1_like_every_prediction():
 def test_one_array_is_all_orders():
     own = predict_candidate(Candidate("own:f", lambert), SCENE)
     assert own.attrs["orders"] == "all"
-    np.testing.assert_allclose(result.hemispherical(own.flux).sum("body_events"), 0.5, rtol=1e-10)
+    np.testing.assert_allclose(datasets.hemispherical(own.flux).sum("body_events"), 0.5, rtol=1e-10)
 
 
 def test_what_no_sum_holds_is_refused():

@@ -8,7 +8,7 @@ from scipy import stats
 
 from microsurf import trace
 from microsurf.report.figures.bands import cut, half_widths, ray_errors
-from microsurf.results import dataset as result
+from microsurf.results import datasets, detector
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surfaces_of
 
@@ -82,12 +82,12 @@ def test_poisson_of_all_paths_would_not_be_the_spread(repeated):
     dataset = dataset.isel(theta_i=0, phi_i=0)
     curve = curves(scene, dataset)["body"]
     values = curve.transpose("realisation", "theta_o").values
-    size = result.in_plane(
+    size = datasets.in_plane(
         dataset.flux.isel(realisation=0, order=0, body_events=0) * 0
-        + result.projected_solid_angles()
+        + detector.projected_solid_angles()
     ).values
     if float(dataset.theta_i) == 0:
-        size = size * result.SECTORS
+        size = size * detector.SECTORS
     poisson = values.mean(axis=0) / (size * float(dataset.paths[0]))
     enough = values.mean(axis=0) > values.mean() / 3
     ratio = values.var(axis=0, ddof=1)[enough] / poisson[enough]

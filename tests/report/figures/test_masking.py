@@ -1,7 +1,7 @@
 import pytest
 from scipy import stats
 
-from microsurf.report.figures import masking as masking_plot
+from microsurf.report.figures import masking
 
 
 def row(theta, low, high, g1=0.5, g2=0.25):
@@ -17,14 +17,14 @@ def found(*thetas):
     ("surfaces", "factor"), [(8, stats.t.ppf(0.975, 7)), (1, stats.norm.ppf(0.975))]
 )
 def test_rows_have_their_intervals(surfaces, factor):
-    made = masking_plot.rows(found(60.0), surfaces)[0]
+    made = masking.rows(found(60.0), surfaces)[0]
     assert made["g1_high"] - made["g1"] == pytest.approx(0.01 * factor)
     assert made["g2"] - made["g2_low"] == pytest.approx(0.02 * factor)
 
 
 @pytest.mark.parametrize("thetas", [(0.0,), (0.0, 60.0, 80.0)])
 def test_figure_has_a_panel_for_each_angle_and_both_of_both(thetas):
-    made = masking_plot.figure(masking_plot.rows(found(*thetas), 8))
+    made = masking.figure(masking.rows(found(*thetas), 8))
     panels = [axes for axes in made.axes if axes.get_visible()]
     assert [axes.get_title() for axes in panels] == [rf"$\theta_i$ = {t:g}°" for t in thetas]
     for axes in panels:

@@ -1,7 +1,7 @@
 import math
 
 from microsurf.report import stability_section, stability_text
-from microsurf.report.figures import stability as stability_plot
+from microsurf.report.figures import stability
 from microsurf.stability import Stability
 from microsurf.stability.case import Point
 from microsurf.stability.limits import Border
@@ -28,7 +28,7 @@ def found():
 
 
 def test_rows_hold_the_worst_of_each_cell():
-    rows = stability_plot.rows(found())
+    rows = stability.rows(found())
     assert [(row["law"], row["right"]) for row in rows] == [
         ("F", 11.0), ("F", 14.0), ("r_e", 13.0), ("r_i", 12.5),
     ]  # fmt: skip
@@ -36,7 +36,7 @@ def test_rows_hold_the_worst_of_each_cell():
 
 
 def test_figure_has_a_pair_of_panels_for_each_law_and_marks_what_is_short():
-    figure = stability_plot.figure(found(), "facet")
+    figure = stability.figure(found(), "facet")
     panels = [axes for axes in figure.axes if axes.images]
     assert [axes.get_title() for axes in panels] == [
         "F: right", "attainable", "diffuse averages: right", "attainable",

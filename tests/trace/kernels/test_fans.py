@@ -7,8 +7,8 @@ import pytest
 from scipy import integrate, stats
 
 from microsurf.physics import fresnel
-from microsurf.results import dataset as result
-from microsurf.trace import wavefront as paths
+from microsurf.results import detector
+from microsurf.trace import wavefront
 from microsurf.trace.beam import direction
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import from_heights
@@ -116,11 +116,11 @@ def summed_up(heights, theta, phi, n, *, shadowed=True, count=960, fine=8):
     lit = mu * fresnel.transmittance(mu, n) * visible(np.radians(theta), np.radians(phi))
     lit *= steep / np.cos(np.radians(theta)) / count
     whole = integrate.quad(lambda m: m * fresnel.transmittance(m, n), 0, 1)[0] * 2 * np.pi
-    light = np.zeros((result.RINGS, result.SECTORS))
+    light = np.zeros((detector.RINGS, detector.SECTORS))
     for ring, sector in np.ndindex(light.shape):
-        low, high = np.radians(result.RING_EDGES[ring : ring + 2])
+        low, high = np.radians(detector.RING_EDGES[ring : ring + 2])
         theta_o = low + (np.arange(fine) + 0.5) / fine * (high - low)
-        turn = np.radians(result.SECTOR_EDGES[sector] + 10 * (np.arange(fine) + 0.5) / fine + phi)
+        turn = np.radians(detector.SECTOR_EDGES[sector] + 10 * (np.arange(fine) + 0.5) / fine + phi)
         for t in turn:
             for o in theta_o:
                 mu = np.maximum(normal @ direction(np.degrees(o), np.degrees(t)), 0)
@@ -138,8 +138,8 @@ def test_lobes_are_those_summed_up_over_a_profile(judge):
     heights = profile()
     theta, phi, n = 50.0, 20.0, 1.5
     tile = EmbreeTile(from_heights(np.tile(heights, (4, 1)), np.zeros((4, len(heights)), bool)))
-    facets = paths.Facet(n, interface=True, substrate=True, multiple_scattering=True)
-    tally = paths.trace(tile, theta, phi, facets, 150_000, np.random.default_rng(judge.seed(4)))
+    facets = wavefront.Facet(n, interface=True, substrate=True, multiple_scattering=True)
+    tally = wavefront.trace(tile, theta, phi, facets, 150_000, np.random.default_rng(judge.seed(4)))
     seen, variance = tally.energy[0, 1] / tally.light, tally.squares[1] / tally.light**2
     for shadowed in (True, False):
         exact = summed_up(heights, theta, phi, n, shadowed=shadowed)

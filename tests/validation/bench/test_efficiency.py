@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from judge import rate
 
-from microsurf.results import dataset as result
+from microsurf.results import detector
 from validation.bench import efficiency
 
 PATHS = 2**17
@@ -53,7 +53,7 @@ def test_what_hardly_any_path_reaches_is_not_judged():
 
 def test_figures_and_lobes_of_a_flux():
     rng = np.random.default_rng(4)
-    shape = (3, len(result.ORDERS), len(result.KINDS), result.RINGS, result.SECTORS)
+    shape = (3, len(detector.ORDERS), len(detector.KINDS), detector.RINGS, detector.SECTORS)
     flux = rng.random(shape)
     named = dict(zip(efficiency.FIGURES, efficiency.figures(flux).T, strict=True))
     np.testing.assert_allclose(named["total albedo"], flux.sum((1, 2, 3, 4)))

@@ -9,10 +9,10 @@ from microsurf.physics import facet
 from microsurf.surface import Heightfield, generate_surface
 from validation.bench.efficiency import FIGURES, agreement, figures
 from validation.bench.sides import KD, N, Ours
-from validation.mitsuba import renderer as mitsuba
+from validation.mitsuba import renderer
 
 try:
-    mitsuba.load()
+    renderer.load()
 except MicrosurfError as absent:
     pytest.skip(str(absent), allow_module_level=True)
 
@@ -34,7 +34,7 @@ def ours(surface, new_seed):
 
 
 def theirs(surface, n, reflectance, seed):
-    tile = mitsuba.MitsubaTile(surface, n, reflectance)
+    tile = renderer.MitsubaTile(surface, n, reflectance)
     return np.stack(
         [
             [figures(tile.trace(theta, PATHS, seed + k).flux) for theta in THETAS]
@@ -49,7 +49,7 @@ def test_albedos_by_order_and_kind_are_those_of_microsurf(surface, ours, index, 
 
     Student's t with the fewest degrees of freedom it has.
     """
-    other = theirs(surface, index, mitsuba.same_body(index, KD), judge.seed(100))
+    other = theirs(surface, index, renderer.same_body(index, KD), judge.seed(100))
     z = np.stack([agreement(ours[:, a], other[:, a], PATHS) for a in range(len(THETAS))])
     assert np.count_nonzero(np.isfinite(z)) > len(FIGURES)
     p_values = 2 * stats.t.sf(np.abs(z[np.isfinite(z)]), BATCHES - 1)
@@ -58,7 +58,7 @@ def test_albedos_by_order_and_kind_are_those_of_microsurf(surface, ours, index, 
 
 def test_a_flat_tile_has_the_albedo_of_its_facet(judge):
     """Every path has one event, and its mean weight is that of the facet: F + T w."""
-    tile = mitsuba.MitsubaTile(Heightfield(np.zeros((16, 16))), N, mitsuba.same_body(N, KD))
+    tile = renderer.MitsubaTile(Heightfield(np.zeros((16, 16))), N, renderer.same_body(N, KD))
     for theta in (0.0, 60.0, 80.0):
         runs = [tile.trace(theta, 2**16, judge.seed(k)) for k in range(16)]
         assert sum(sum(run.lost.values()) for run in runs) == 0
@@ -74,7 +74,7 @@ def test_a_flat_tile_has_the_albedo_of_its_facet(judge):
 
 
 def test_the_same_seed_gives_the_same_lobes_but_for_the_order_of_sums(surface):
-    tile = mitsuba.MitsubaTile(surface, N, 0.8)
+    tile = renderer.MitsubaTile(surface, N, 0.8)
     first, again, other = (tile.trace(60.0, 2**14, seed).flux for seed in (1, 1, 2))
     # Threads add float32 weights of a bin in any order.
     np.testing.assert_allclose(again, first, rtol=1e-4, atol=1e-9)
@@ -82,6 +82,6 @@ def test_the_same_seed_gives_the_same_lobes_but_for_the_order_of_sums(surface):
 
 
 def test_odd_numbers_of_paths_are_refused(surface):
-    tile = mitsuba.MitsubaTile(surface, N, 0.8)
+    tile = renderer.MitsubaTile(surface, N, 0.8)
     with pytest.raises(ValueError, match="power of two"):
         tile.trace(0.0, 1000, 1)

@@ -5,14 +5,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from microsurf.trace import wavefront as paths
+from microsurf.trace import wavefront
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import from_heights, triangles
-from validation.gridwalk import check as gridwalk_check
+from validation.gridwalk import check
 from validation.gridwalk.agreement import BOUND, facet_discrepancy
 from validation.gridwalk.walk import GridWalk
 
-HOSTILE = gridwalk_check.hostile()
+HOSTILE = check.hostile()
 
 
 def small(scale=1.0, seed=0):
@@ -60,11 +60,11 @@ def rays(grid, kind, count=300):
     )
     directions = rng.standard_normal((count, 3))
     if kind == "aimed":
-        origins, directions = gridwalk_check.aimed(grid, count, rng)
+        origins, directions = check.aimed(grid, count, rng)
     elif kind == "vertical":
-        origins, directions = gridwalk_check.vertical(grid, count, rng)
+        origins, directions = check.vertical(grid, count, rng)
     elif kind == "upward":
-        origins, directions = gridwalk_check.vertical(grid, count, rng)
+        origins, directions = check.vertical(grid, count, rng)
         origins[:, 2], directions[:, 2] = grid.bottom - 1, 1
     elif kind == "along x":
         origins[:, 1] = np.round(origins[:, 1] * 2) / 2  # half of them on the grid's lines
@@ -136,7 +136,7 @@ def test_nothing_falls_through(name):
 
 def test_weights_and_t_say_the_same_point():
     grid = HOSTILE["slopes of 1e3"]
-    origins, directions = gridwalk_check.aimed(grid, 20_000, np.random.default_rng(9))
+    origins, directions = check.aimed(grid, 20_000, np.random.default_rng(9))
     origins, directions = origins.astype(float), directions.astype(float)
     found = GridWalk(grid).meet(origins, directions)
     hit = found.triangle >= 0
@@ -195,32 +195,32 @@ def grid_corners(grid, number):
 @pytest.mark.parametrize("name", [*HOSTILE, "ordinary"])
 def test_embree_names_another_facet_only_within_rounding_of_an_edge(name):
     """The bound is derived in `agreement`; a hundredth of it, or another surface, must fail."""
-    grid = HOSTILE.get(name) or gridwalk_check.ordinary(2.0, 0.3, 128)
+    grid = HOSTILE.get(name) or check.ordinary(2.0, 0.3, 128)
     embree = EmbreeTile(grid)
-    row = gridwalk_check.compare(grid, embree, gridwalk_check.traced(embree, 80, 300))
+    row = check.compare(grid, embree, check.traced(embree, 80, 300))
     assert max(row["worst_facet_units"], row["worst_weight_units"]) <= BOUND
-    aimed = gridwalk_check.aimed(grid, 20_000, np.random.default_rng(10))
-    row = gridwalk_check.compare(grid, embree, aimed)
+    aimed = check.aimed(grid, 20_000, np.random.default_rng(10))
+    row = check.compare(grid, embree, aimed)
     assert row["facets_differ"] > 1000
     assert max(row["worst_facet_units"], row["worst_weight_units"]) <= BOUND
     assert row["worst_facet_units"] > BOUND / 100
-    off = EmbreeTile(gridwalk_check.raised(grid))
+    off = EmbreeTile(check.raised(grid))
     if name == "ordinary":
-        assert gridwalk_check.compare(grid, off, aimed)["worst_facet_units"] > BOUND
+        assert check.compare(grid, off, aimed)["worst_facet_units"] > BOUND
 
 
 def test_paths_on_either_engine_are_the_same_paths():
     """Bit for bit where no ray differs; raised by a cell here and there they are not."""
-    grid = gridwalk_check.ordinary(8.0, 0.7, 64)
+    grid = check.ordinary(8.0, 0.7, 64)
     tiles = {"embree": EmbreeTile(grid), "float64": GridWalk(grid)}
-    row = gridwalk_check.paired(tiles, 60.0, 800, 16)
+    row = check.paired(tiles, 60.0, 800, 16)
     assert row["calls_that_differ"] <= 1
-    tiles["float64"] = GridWalk(gridwalk_check.raised(grid, 1.0))
-    assert gridwalk_check.paired(tiles, 60.0, 800, 16)["calls_that_differ"] > 10
+    tiles["float64"] = GridWalk(check.raised(grid, 1.0))
+    assert check.paired(tiles, 60.0, 800, 16)["calls_that_differ"] > 10
 
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_path_is_lost_on_either_engine(name):
     for tile in (EmbreeTile(HOSTILE[name]), GridWalk(HOSTILE[name])):
-        tally = paths.trace(tile, 80, 0, gridwalk_check.IL, 500, np.random.default_rng(11))
+        tally = wavefront.trace(tile, 80, 0, check.IL, 500, np.random.default_rng(11))
         assert tally.lost[2:].sum() == 0

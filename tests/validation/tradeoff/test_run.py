@@ -6,12 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from microsurf.analysis.tradeoff import pareto as ladder
+from microsurf.analysis.tradeoff import pareto
 from microsurf.analysis.tradeoff.effort import EFFORTS, Effort
 from microsurf.analysis.tradeoff.pareto import Point
-from microsurf.report.figures import pareto_all as frontiers_plot
-from microsurf.scene import Light, Material, Roughness, Scene
-from microsurf.scene import toml as scene_file
+from microsurf.report.figures import pareto_all
+from microsurf.scene import Light, Material, Roughness, Scene, toml
 from validation.tradeoff import run as frontiers
 
 TINY = Effort(((1000, 4),), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
@@ -23,7 +22,7 @@ def told(values, costs):
     points = [
         Point(
             name, cost, cost / 1.1, cost * 1.1,
-            ladder.squared([(np.array([[values[name]]]), REFERENCE)]),
+            pareto.squared([(np.array([[values[name]]]), REFERENCE)]),
         )
         for name, cost in costs.items()
     ]  # fmt: skip
@@ -93,7 +92,7 @@ def test_the_script_writes_goes_on_and_says_what_turned_round(tmp_path, monkeypa
     monkeypatch.setattr(frontiers, "KEPT", tmp_path / "kept")
     monkeypatch.setitem(EFFORTS, "quick", TINY)
     file = tmp_path / "flat.toml"
-    file.write_text(scene_file.to_toml(FLAT), encoding="utf-8")
+    file.write_text(toml.to_toml(FLAT), encoding="utf-8")
     words = [str(file), "--out", str(tmp_path / "out")]
     assert frontiers.main(words) == 0
     names = {p.name for p in (tmp_path / "out").iterdir()}
@@ -124,7 +123,7 @@ def test_medians_are_relative_to_each_scene_s_cheapest():
         "other": [rung("flat", 2.0, 0.3), rung("smith", 60.0, 0.2)],
         "alone": [rung("flat", 5.0, 0.0)],  # nothing to compare it with
     }
-    flat, smith = frontiers_plot.medians(tables)
+    flat, smith = pareto_all.medians(tables)
     assert (flat["cost"], flat["scenes"]) == (1.0, 2)
     assert [flat[f"error{end}"] for end in ("_low", "", "_high")] == pytest.approx(
         [0.35, 0.4, 0.45]
@@ -132,5 +131,5 @@ def test_medians_are_relative_to_each_scene_s_cheapest():
     assert [smith[f"cost{end}"] for end in ("_low", "", "_high")] == pytest.approx(
         [15.0, 20.0, 25.0]
     )
-    panels = frontiers_plot.over_all([flat, smith]).axes
+    panels = pareto_all.over_all([flat, smith]).axes
     assert [p.get_xscale() for p in panels] == ["log"]

@@ -5,8 +5,7 @@ import pytest
 import xarray as xr
 
 from microsurf.physics import facet
-from microsurf.results import albedo as summary
-from microsurf.results import dataset as result
+from microsurf.results import albedos, datasets, detector
 
 N, KD = 1.5, 0.8
 W = float(facet.body_weight(N, KD))
@@ -25,7 +24,7 @@ def one_bin(flux, path_weight=None, paths=None):
         coords={
             "theta_i": [0.0],
             "phi_i": [0.0],
-            "order": list(result.ORDERS[: flux.shape[1]]),
+            "order": list(detector.ORDERS[: flux.shape[1]]),
             "path_weight": ("body_events", np.ones(events) if path_weight is None else path_weight),
         },
     )
@@ -39,15 +38,15 @@ def simulated(runs, paths, rng, survival=1.0):
     """Paths with geometric numbers of events, traced ``runs`` times; also each run's exact mean.
 
     Beyond BODY_EXACT body events a path survives each with probability ``survival``
-    and counts for more, as in `trace.paths`.
+    and counts for more, as in `trace.wavefront`.
     """
-    events = result.BODY_EXACT + 5
+    events = detector.BODY_EXACT + 5
     p = np.zeros((4, events + 1))  # the last: absorbed
     for order in range(4):
         # As many as 20 body events at order 4+, or thinning would have nothing to do.
         low, high = order, (order + 2 if order < 3 else events)
         p[order, low:high] = 0.4 ** (order + 1) / (high - low)
-    weight = survival ** -np.maximum(np.arange(events) - result.BODY_EXACT, 0.0)
+    weight = survival ** -np.maximum(np.arange(events) - detector.BODY_EXACT, 0.0)
     p[:, :events] /= weight
     p[0, -1] = 1 - p.sum()
     counts = rng.multinomial(paths, p.ravel(), size=runs).reshape(runs, 4, events + 1)
@@ -56,12 +55,12 @@ def simulated(runs, paths, rng, survival=1.0):
 
 
 @pytest.mark.parametrize("survival", [1.0, 0.6])
-@pytest.mark.parametrize("name", list(summary.QUANTITIES))
+@pytest.mark.parametrize("name", list(albedos.QUANTITIES))
 def test_ray_error_is_the_spread_of_many_runs(name, survival, judge):
     """4000 runs know their spread to 1.1 %. Negative control: errors a tenth off."""
     data, exact = simulated(4000, 500, np.random.default_rng(judge.seed(5)), survival)
-    values = summary.quantity(data, name, N, KD).values.ravel()
-    errors = summary.ray_error(data, name, N, KD).values.ravel()
+    values = albedos.quantity(data, name, N, KD).values.ravel()
+    errors = albedos.ray_error(data, name, N, KD).values.ravel()
     weights = W ** np.arange(exact.shape[1])
     truth = {
         "specular": exact[0, 0],
@@ -89,10 +88,10 @@ def test_ray_error_without_the_path_weight_would_be_wrong(judge):
     """
     survival = 0.5
     data, _ = simulated(16_000, 500, np.random.default_rng(judge.seed(6)), survival)
-    values = summary.quantity(data, "total", N, 1.0).values.ravel()
+    values = albedos.quantity(data, "total", N, 1.0).values.ravel()
 
     def gap(d):
-        return variance_gap(values, summary.ray_error(d, "total", N, 1.0).values.ravel())
+        return variance_gap(values, albedos.ray_error(d, "total", N, 1.0).values.ravel())
 
     judge.near(*gap(data))
     blind = data.assign_coords(path_weight=("body_events", np.ones(data.sizes["body_events"])))
@@ -104,18 +103,18 @@ def test_standard_error_is_over_realisations_if_there_are_several():
     flux[:, 0, 0] = 0.1, 0.2, 0.6
     data = one_bin(flux, paths=1e6)
     by_hand = np.std([0.1, 0.2, 0.6], ddof=1) / np.sqrt(3)
-    assert summary.standard_error(data, "total", N, KD).item() == pytest.approx(by_hand)
+    assert albedos.standard_error(data, "total", N, KD).item() == pytest.approx(by_hand)
     alone = data.isel(realisation=[0])
     by_hand = np.sqrt(0.1 * 0.9 / 1e6)
-    assert summary.standard_error(alone, "total", N, KD).item() == pytest.approx(by_hand)
+    assert albedos.standard_error(alone, "total", N, KD).item() == pytest.approx(by_hand)
     # A prediction has no paths and no error.
-    assert summary.standard_error(alone.drop_vars("paths"), "total", N, KD).item() == 0
+    assert albedos.standard_error(alone.drop_vars("paths"), "total", N, KD).item() == 0
 
 
 def test_figures_by_hand():
     flux = np.zeros((1, 2, 3))
     flux[0] = [[0.1, 0.2, 0.0], [0.01, 0.02, 0.04]]
-    found = summary.figures(one_bin(flux), N, (KD,))
+    found = albedos.figures(one_bin(flux), N, (KD,))
     specular = [0.1, 0.01, 0, 0]
     body = [0.2 * W, 0.02 * W + 0.04 * W**2, 0, 0]
     assert found["specular_by_order"] == specular
@@ -127,12 +126,12 @@ def test_figures_by_hand():
 
 def test_figures_keep_the_order_of_angles_and_kd():
     """θ outermost, then φ, then Kd: flux = 0.1 θ-index + 0.01 φ-index, all of it one body event."""
-    flux = np.zeros((1, 2, 3, 1, 2, result.RINGS, result.SECTORS))
+    flux = np.zeros((1, 2, 3, 1, 2, detector.RINGS, detector.SECTORS))
     for t in range(2):
         for p in range(3):
             flux[0, t, p, 0, 1, 7, 9] = 0.1 * (t + 1) + 0.01 * p
-    data = result.build(flux, [0, 60], [0, 45, 90], orders=(1,))
-    found = summary.figures(data, 1.0, (0.5, 1.0, 0.5))
+    data = datasets.build(flux, [0, 60], [0, 45, 90], orders=(1,))
+    found = albedos.figures(data, 1.0, (0.5, 1.0, 0.5))
     wanted = [[k * v for k in (0.5, 1.0, 0.5)] for v in (0.1, 0.11, 0.12, 0.2, 0.21, 0.22)]
     np.testing.assert_allclose(found["albedo"], wanted, rtol=1e-14)
     np.testing.assert_allclose(np.array(found["body_by_order"])[..., 0], wanted, rtol=1e-14)
@@ -146,7 +145,7 @@ def test_losses_by_hand():
         cause=["absorbed", "below", "behind"], lost=("cause", [False, True, True])
     )
     # Of a walk, whose paths all carry the same light.
-    assert summary.losses(data) == {
+    assert albedos.losses(data) == {
         "lost": 7 / 200,
         "lost_light": 7 / 200,
         "lost_by_cause": {"below": 1, "behind": 6},
@@ -163,7 +162,7 @@ def test_paths_lost_are_paths_whatever_light_they_carried(light):
     data = data.assign_coords(
         cause=["absorbed", "below", "wrapped"], lost=("cause", [False, True, True])
     )
-    assert summary.losses(data) == {
+    assert albedos.losses(data) == {
         "lost": 5 / 200,
         "lost_light": light / 200,
         "lost_by_cause": {"below": 0, "wrapped": 5},

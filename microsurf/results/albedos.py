@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from . import dataset as result
+from . import datasets, detector
 
 QUANTITIES = {
     "specular": "order-1 specular albedo",
@@ -16,8 +16,8 @@ QUANTITIES = {
 
 def by_order(dataset: xr.Dataset, n: float, kd: float) -> xr.DataArray:
     """Albedo by realisation, theta_i, phi_i, order (1, 2, 3, 4+) and kind."""
-    energy = result.by_kind(result.hemispherical(dataset.flux), n, kd)
-    return energy.reindex(order=list(result.ORDERS), fill_value=0.0)
+    energy = datasets.by_kind(datasets.hemispherical(dataset.flux), n, kd)
+    return energy.reindex(order=list(detector.ORDERS), fill_value=0.0)
 
 
 def quantity(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
@@ -48,7 +48,7 @@ def ray_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArr
 def _batch_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
     """Ratio of sums over batches of light that arrived and light that was sent."""
     light = dataset.batch_light
-    arrived = result.by_kind(dataset.batch_flux, n, kd)
+    arrived = datasets.by_kind(dataset.batch_flux, n, kd)
     arrived = (
         arrived.sum(("order", "kind"))
         if name == "total"
@@ -63,8 +63,8 @@ def _batch_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.Data
 
 
 def _second_moment(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    weights = result.body_weights(dataset.sizes["body_events"], n, kd) ** 2
-    flux = result.hemispherical(dataset.flux)
+    weights = datasets.body_weights(dataset.sizes["body_events"], n, kd) ** 2
+    flux = datasets.hemispherical(dataset.flux)
     squares: xr.DataArray = flux * flux.path_weight * xr.DataArray(weights, dims="body_events")
     if name == "total":
         return squares.sum(("order", "body_events"))

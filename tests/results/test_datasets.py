@@ -7,20 +7,20 @@ from scipy.io import netcdf_file
 
 from microsurf.errors import InputError, MicrosurfError
 from microsurf.physics import facet
-from microsurf.results import dataset as result
+from microsurf.results import datasets, detector
 
-RINGS, SECTORS = result.RINGS, result.SECTORS
+RINGS, SECTORS = detector.RINGS, detector.SECTORS
 
 
 def dataset(shape=(2, 2, 1), orders=4, events=3, seed=0, **attrs):
     """Random light in every bin."""
     rng = np.random.default_rng(seed)
     flux = rng.random((*shape, orders, events, RINGS, SECTORS))
-    return result.build(
+    return datasets.build(
         flux,
         np.linspace(0, 60, shape[1]),
         np.linspace(0, 90, shape[2]),
-        result.ORDERS[:orders],
+        detector.ORDERS[:orders],
         attrs={"source": "measurement", "scene": "", **attrs},
     )
 
@@ -29,35 +29,35 @@ def dataset(shape=(2, 2, 1), orders=4, events=3, seed=0, **attrs):
 
 
 def test_bins_cover_the_hemisphere():
-    assert result.solid_angles().sum() * SECTORS == pytest.approx(2 * np.pi, rel=1e-14)
-    assert result.projected_solid_angles().sum() * SECTORS == pytest.approx(np.pi, rel=1e-14)
-    edges = result.RING_EDGES
+    assert detector.solid_angles().sum() * SECTORS == pytest.approx(2 * np.pi, rel=1e-14)
+    assert detector.projected_solid_angles().sum() * SECTORS == pytest.approx(np.pi, rel=1e-14)
+    edges = detector.RING_EDGES
     assert (edges[0], edges[1], edges[2], edges[-1]) == (0, 1, 3, 90)
     assert (np.diff(edges) > 0).all()
 
 
 def test_mirror_directions_at_whole_even_degrees_lie_inside_a_bin():
     for theta in range(2, 90, 2):
-        ring = result.ring_of(theta)
-        assert result.RING_EDGES[ring] + 0.9 < theta < result.RING_EDGES[ring + 1] - 0.9
-    assert result.ring_of(0) == 0
-    assert result.ring_of(89.999) == RINGS - 1
-    mirror = result.SECTORS // 2
-    assert result.SECTOR_EDGES[mirror] == 175
-    assert result.SECTOR_EDGES[mirror + 1] == 185
+        ring = detector.ring_of(theta)
+        assert detector.RING_EDGES[ring] + 0.9 < theta < detector.RING_EDGES[ring + 1] - 0.9
+    assert detector.ring_of(0) == 0
+    assert detector.ring_of(89.999) == RINGS - 1
+    mirror = detector.SECTORS // 2
+    assert detector.SECTOR_EDGES[mirror] == 175
+    assert detector.SECTOR_EDGES[mirror + 1] == 185
 
 
 @given(st.floats(0, 90, exclude_max=True))
 @settings(deadline=None)
 def test_ring_of_is_where_the_edges_say(theta):
-    ring = result.ring_of(theta)
-    assert result.RING_EDGES[ring] <= theta < result.RING_EDGES[ring + 1]
+    ring = detector.ring_of(theta)
+    assert detector.RING_EDGES[ring] <= theta < detector.RING_EDGES[ring + 1]
 
 
 def test_a_lambertian_has_the_brdf_kd_over_pi():
     """Energy Kd cosθ/π dω in each bin: the projected solid angle takes the cosine out."""
-    energy = 0.3 / np.pi * np.repeat(result.projected_solid_angles(), SECTORS, axis=1)
-    values = result.brdf(xr.DataArray(energy, dims=("theta_o", "phi_o")))
+    energy = 0.3 / np.pi * np.repeat(detector.projected_solid_angles(), SECTORS, axis=1)
+    values = datasets.brdf(xr.DataArray(energy, dims=("theta_o", "phi_o")))
     np.testing.assert_allclose(values, 0.3 / np.pi, rtol=1e-14)
     assert energy.sum() == pytest.approx(0.3, rel=1e-14)
 
@@ -67,7 +67,7 @@ def test_by_kind_by_hand():
     n, kd = 1.5, 0.8
     w = float(facet.body_weight(n, kd))
     flux = dataset(shape=(1, 1, 1), events=4).flux
-    kinds = result.by_kind(flux, n, kd)
+    kinds = datasets.by_kind(flux, n, kd)
     b = flux.values[0, 0, 0]
     assert list(kinds.kind.values) == ["specular", "body"]
     found = kinds.isel(realisation=0, theta_i=0, phi_i=0)
@@ -78,8 +78,8 @@ def test_by_kind_by_hand():
 
 def test_no_substrate_has_no_body_and_a_white_one_loses_nothing():
     flux = dataset().flux
-    assert not result.by_kind(flux, 1.5, 0.0).sel(kind="body").any()
-    white = result.by_kind(flux, 1.5, 1.0).sum("kind")
+    assert not datasets.by_kind(flux, 1.5, 0.0).sel(kind="body").any()
+    white = datasets.by_kind(flux, 1.5, 1.0).sum("kind")
     np.testing.assert_allclose(white, flux.sum("body_events"), rtol=1e-14)
 
 
@@ -89,8 +89,8 @@ def test_in_plane_by_hand():
     values = dataset(shape=(1, 1, 1)).flux.isel(
         realisation=0, theta_i=0, phi_i=0, order=0, body_events=0
     )
-    cut = result.in_plane(values.copy(data=own))
-    theta = result.ring_centres()
+    cut = datasets.in_plane(values.copy(data=own))
+    theta = detector.ring_centres()
     np.testing.assert_array_equal(cut.theta_o, [*-theta[:0:-1], *theta])
     assert (np.diff(cut.theta_o) > 0).all()
     back = [100.0 * ring for ring in range(RINGS - 1, 0, -1)]  # the light's side, sector 0
@@ -103,8 +103,8 @@ def test_in_plane_by_hand():
 
 
 def test_body_bins_are_exact_first_and_then_a_quarter_wide():
-    edges, names = result.BODY_EDGES, result.BODY_EVENTS
-    exact = result.BODY_EXACT + 1
+    edges, names = detector.BODY_EDGES, detector.BODY_EVENTS
+    exact = detector.BODY_EXACT + 1
     np.testing.assert_array_equal(names[:exact], np.arange(exact))
     assert edges[-1] >= 10**9
     assert len(names) == len(edges) - 1
@@ -114,14 +114,14 @@ def test_body_bins_are_exact_first_and_then_a_quarter_wide():
 
 
 BODY_WEIGHTS = np.exp(-np.geomspace(1e-6, 3, 300))
-LAST = int(np.searchsorted(result.BODY_EDGES, 20_000))
+LAST = int(np.searchsorted(detector.BODY_EDGES, 20_000))
 
 
 def test_an_evenly_filled_bin_is_off_by_less_than_2e_3():
     """|mean of w^b − w^middle|, for every bin and weight: at most 1.5e−3 in 17 … 21."""
     worst = 0.0
     for low, high, middle in zip(
-        result.BODY_EDGES[:LAST], result.BODY_EDGES[1:], result.BODY_EVENTS, strict=False
+        detector.BODY_EDGES[:LAST], detector.BODY_EDGES[1:], detector.BODY_EVENTS, strict=False
     ):
         events = np.arange(low, high)
         mean = np.mean(BODY_WEIGHTS[:, None] ** events, axis=1)
@@ -131,8 +131,8 @@ def test_an_evenly_filled_bin_is_off_by_less_than_2e_3():
 
 def test_geometric_numbers_of_events_are_off_by_less_than_5e_3_of_all_body_light():
     """Each event is the last with probability 1 − q."""
-    events = np.arange(1, result.BODY_EDGES[LAST])
-    middle = result.BODY_EVENTS[np.searchsorted(result.BODY_EDGES, events, "right") - 1]
+    events = np.arange(1, detector.BODY_EDGES[LAST])
+    middle = detector.BODY_EVENTS[np.searchsorted(detector.BODY_EDGES, events, "right") - 1]
     worst = 0.0
     for q in (0.1, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 0.9999):
         for w in np.linspace(0.5, 1, 51):
@@ -150,8 +150,8 @@ def test_a_result_reads_back_the_same(tmp_path, seed):
     written = dataset(seed=1).assign_attrs(seed=seed, seconds=0.25, text="σ ≥ 0, “γ”")
     written["paths"] = (("realisation", "theta_i", "phi_i"), np.full((2, 2, 1), 1e12))
     written = written.assign_coords(cause=["below", "behind"], lost=("cause", [True, False]))
-    result.save(written, tmp_path / "r.nc")
-    read = result.load(tmp_path / "r.nc")
+    datasets.save(written, tmp_path / "r.nc")
+    read = datasets.load(tmp_path / "r.nc")
     xr.testing.assert_equal(read, written)
     assert int(read.attrs["seed"]) == seed
     assert read.attrs["text"] == written.attrs["text"]
@@ -162,7 +162,7 @@ def test_a_result_reads_back_the_same(tmp_path, seed):
 
 
 def test_sizes_are_limited_by_realisation_and_said_if_too_large(tmp_path, monkeypatch):
-    result.save(dataset(), tmp_path / "r.nc")
+    datasets.save(dataset(), tmp_path / "r.nc")
     with netcdf_file(tmp_path / "r.nc", mmap=False) as written:
         assert written.variables["flux"].isrec  # records are what 2 GiB limits
 
@@ -171,7 +171,7 @@ def test_sizes_are_limited_by_realisation_and_said_if_too_large(tmp_path, monkey
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
     with pytest.raises(MicrosurfError, match="take fewer angles"):
-        result.save(dataset(), tmp_path / "s.nc")
+        datasets.save(dataset(), tmp_path / "s.nc")
     assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
 
 
@@ -186,7 +186,7 @@ def test_what_is_no_result_is_refused(tmp_path):
     ):
         foreign.to_netcdf(path, engine="scipy")
         with pytest.raises(InputError, match=r"r\.nc: not a result"):
-            result.load(path)
+            datasets.load(path)
     path.write_bytes(b"CDF\x02" + 20 * b"\xff")
     with pytest.raises(InputError, match="truncated"):
-        result.load(path)
+        datasets.load(path)
