@@ -7,7 +7,7 @@ import xarray as xr
 
 from microsurf.arrays import real_array
 from microsurf.errors import InputError
-from microsurf.model import Brdf, Candidate, direction, evaluate
+from microsurf.model import Brdf, UserBrdf, direction, evaluate
 from microsurf.scene import Scene
 from microsurf.surface import Heightfield
 
@@ -62,7 +62,7 @@ def others(values):
 
 def brdf_of(values):
     """A callable of one's own that gives these for its directions."""
-    return Candidate("mine", lambda *_: values).evaluate(UP, UP, Scene())
+    return UserBrdf("mine", lambda *_: values).evaluate(UP, UP, Scene())
 
 
 UP = np.array([[0.0, 0.0, 1.0]] * 8)

@@ -56,7 +56,7 @@ def test_what_it_names_is_there():
 def test_its_models_load(monkeypatch):
     monkeypatch.chdir(ROOT)
     (name,) = re.findall(r"--model (\S+)", "\n".join(scripts()))
-    assert model.load_candidate(name).name == name
+    assert model.load_user_brdf(name).name == name
 
 
 def test_nothing_of_the_event_gets_into_the_shell():

@@ -20,7 +20,7 @@ from ..errors import InputError
 from ..files import check_readable
 from ..stats.hypothesis_tests import holm
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of report.json: another one has other keys, or another meaning of one."""
 LEVEL = 0.01
 QUADRATURE = 1e-4

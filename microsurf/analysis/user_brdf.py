@@ -1,6 +1,6 @@
-"""A candidate against the measurement and against the theory: a bug, or where theory stops.
+"""A user BRDF against the measurement and against the theory: a bug, or where theory stops.
 
-A candidate must *hold*, unless the theory does not hold there either and the candidate
+A user BRDF must *hold*, unless the theory does not hold there either and the user BRDF
 comes as near to the measurement as the theory does, within the margin. Albedos can agree
 by chance: so its lobes too must come as near the measured ones as those of the theory,
 within the margin. The distance of two lobes is the sum over the bins of their absolute
@@ -20,16 +20,16 @@ from .comparison import Comparison, decide
 
 ALL_ORDERS = "total"
 _SAME = 1e-3
-"""Relative difference up to which a candidate is said to be the theory."""
+"""Relative difference up to which a user BRDF is said to be the theory."""
 _NORMAL = 1.96
 
 
 @dataclass(frozen=True)
-class Against:
-    """One quantity at one incidence: candidate over theory.
+class BesideTheory:
+    """One quantity at one incidence: user BRDF over theory.
 
-    ``effect`` is candidate/theory − 1; ``low`` and ``high`` its 95 % interval from the
-    error of a theory that is sampled and the bound on the candidate's own; ``finding``
+    ``effect`` is user_brdf/theory − 1; ``low`` and ``high`` its 95 % interval from the
+    error of a theory that is sampled and the bound on the user BRDF's own; ``finding``
     says what follows with both verdicts.
     """
 
@@ -37,24 +37,24 @@ class Against:
     theta_i: float
     phi_i: float
     kd: float
-    candidate: float
-    candidate_error: float
+    user_brdf: float
+    user_brdf_error: float
     model: str
     theory: float
     theory_error: float
     effect: float
     low: float
     high: float
-    candidate_verdict: str
+    user_brdf_verdict: str
     theory_verdict: str
     finding: str
 
 
 @dataclass(frozen=True)
 class Lobe:
-    """One lobe at one incidence: distances of the three, and where candidate and theory part most.
+    """One lobe at one incidence: distances of the three, and where user BRDF and theory part most.
 
-    ``theta_o`` and ``phi_o`` (from the incident azimuth) in degrees; ``candidate`` and
+    ``theta_o`` and ``phi_o`` (from the incident azimuth) in degrees; ``user_brdf`` and
     ``theory`` the mean BRDF in that bin in sr⁻¹. ``allowed`` is what ``to_measured`` may be.
     """
 
@@ -68,28 +68,28 @@ class Lobe:
     allowed: float
     theta_o: float
     phi_o: float
-    candidate: float
+    user_brdf: float
     theory: float
 
 
 class Lobes(NamedTuple):
-    """What was measured, what the theory says, and the candidate, as Datasets."""
+    """What was measured, what the theory says, and the user BRDF, as Datasets."""
 
     measured: xr.Dataset
     theory: xr.Dataset
-    candidate: xr.Dataset
+    user_brdf: xr.Dataset
 
 
 @dataclass(frozen=True)
-class Trial:
-    """What a candidate came to on one scene.
+class UserBrdfResult:
+    """What a user BRDF came to on one scene.
 
     ``orders`` is "1" or "all"; ``predicted`` holds its lobes by Kd.
     """
 
     name: str
     orders: str
-    against: list[Against]
+    beside_theory: list[BesideTheory]
     lobes: list[Lobe]
     predicted: Mapping[float, xr.Dataset]
 
@@ -98,7 +98,7 @@ class Trial:
         return {
             "name": self.name,
             "orders": self.orders,
-            "against": [asdict(row) for row in self.against],
+            "beside_theory": [asdict(row) for row in self.beside_theory],
             "lobes": [asdict(row) for row in self.lobes],
         }
 
@@ -117,10 +117,10 @@ def widened(row: Comparison, relative_error: float) -> Comparison:
 
 
 def expected_of(row: Comparison, theory: Comparison) -> Comparison:
-    """A candidate's comparison with what is expected of it, see the module's text."""
+    """A user BRDF's comparison with what is expected of it, see the module's text."""
     as_near = abs(row.effect) <= abs(theory.effect) + row.margin
     if theory.verdict == "holds" or not as_near:
-        return replace(row, expected="holds", why="a candidate must hold where the theory does")
+        return replace(row, expected="holds", why="a user BRDF must hold where the theory does")
     return replace(
         row,
         expected="|".join(dict.fromkeys(["holds", "undecided", theory.verdict])),
@@ -128,27 +128,27 @@ def expected_of(row: Comparison, theory: Comparison) -> Comparison:
     )
 
 
-def against(row: Comparison, theory: Comparison) -> Against:
-    """Put a candidate's comparison beside that of the theory."""
+def beside_theory(row: Comparison, theory: Comparison) -> BesideTheory:
+    """Put a user BRDF's comparison beside that of the theory."""
     effect = row.predicted / theory.predicted - 1
     half = (1 + effect) * (
         row.predicted_error / row.predicted + _NORMAL * theory.predicted_error / theory.predicted
     )
     low, high = effect - half, effect + half
-    return Against(
+    return BesideTheory(
         quantity=row.quantity,
         theta_i=row.theta_i,
         phi_i=row.phi_i,
         kd=row.kd,
-        candidate=row.predicted,
-        candidate_error=row.predicted_error,
+        user_brdf=row.predicted,
+        user_brdf_error=row.predicted_error,
         model=theory.model,
         theory=theory.predicted,
         theory_error=theory.predicted_error,
         effect=effect,
         low=low,
         high=high,
-        candidate_verdict=row.verdict,
+        user_brdf_verdict=row.verdict,
         theory_verdict=theory.verdict,
         finding=_finding((low, high), row, theory),
     )
@@ -161,7 +161,7 @@ def _finding(interval: tuple[float, float], row: Comparison, theory: Comparison)
     if row.verdict == "holds":
         return "not the theory, and holds" + ("" if theory.verdict == "holds" else "; it does not")
     if theory.verdict == "holds":
-        return "the candidate's own: the theory holds here"
+        return "the user BRDF's own: the theory holds here"
     return f"not the theory, which {_verb(theory)} here too"
 
 
@@ -200,7 +200,7 @@ def lobes(three: Lobes, scene: Scene, quantity: str, margin: float) -> list[Lobe
                     allowed=of_theory + margin,
                     theta_o=float(bins[0].theta_o[there["theta_o"]]),
                     phi_o=float(bins[0].phi_o[there["phi_o"]]),
-                    candidate=mean[2],
+                    user_brdf=mean[2],
                     theory=mean[1],
                 )
             )

@@ -11,13 +11,14 @@ from ..results import albedos
 from ..scene import Scene
 from ..surface import Heightfield, StdFit, surface_statistics, surfaces_of
 from ..trace import measure
-from . import comparison, omitted_effects, user_brdf
+from . import comparison, omitted_effects
 from .error_budget import assemble
 from .error_budget.refinement import refine
 from .fitted_theory import fit_as_json, fitted_scene, guarded, prepare
 from .slope_masking import masking_by_slope
 from .tradeoff.from_validation import frontier_of
 from .tradeoff.study import Tradeoff
+from .user_brdf import UserBrdfResult
 
 MODELS = ("smith", "vcavity")
 """What order 1 of each scene is compared with; verdicts are about the first."""
@@ -64,11 +65,11 @@ class Validation:
         the scene was refined.
     seconds : float
         All of it.
-    trial : Trial or None
-        A candidate against the theory; the comparisons are then the candidate's, see
-        `trial.judge`.
+    user_brdf : UserBrdfResult or None
+        A user BRDF against the theory; the comparisons are then the user BRDF's, see
+        `validate_user_brdf.judge`.
     faults : list of str
-        What is wrong with the candidate itself.
+        What is wrong with the user BRDF itself.
 
     """
 
@@ -86,13 +87,13 @@ class Validation:
     masking: list[dict[str, Any]] = field(default_factory=list)
     frontier: Tradeoff | None = None
     seconds: float = 0.0
-    trial: user_brdf.Trial | None = None
+    user_brdf: UserBrdfResult | None = None
     faults: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     @property
     def broken(self) -> list[str]:
-        """Invariants that do not hold, and a candidate's faults; else empty."""
+        """Invariants that do not hold, and a user BRDF's faults; else empty."""
         return invariants.broken(self.invariants) + self.faults
 
 
@@ -230,6 +231,6 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "left_out": entry.left_out,
         "budget": assemble.rows(entry.budget),
         "masking": entry.masking,
-        "trial": None if entry.trial is None else entry.trial.as_json(),
+        "user_brdf": None if entry.user_brdf is None else entry.user_brdf.as_json(),
         "seconds": entry.seconds,
     }

@@ -1,4 +1,4 @@
-"""A candidate in the model's place: what `microsurf validate --model` does after a scene."""
+"""A user BRDF in the model's place: what `microsurf validate --model` does after a scene."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from ..results.albedos import QUANTITIES
 from ..scene import Scene
 from . import comparison, user_brdf
 from .comparison import Comparison
-from .user_brdf import Lobe, Lobes, Trial
+from .user_brdf import Lobe, Lobes, UserBrdfResult
 from .validate import WALK, Validation
 
 _STRAY = 1e-6
@@ -19,14 +19,14 @@ _STRAY = 1e-6
 Key = tuple[str, float, float, float]
 
 
-def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> Validation:
-    """Compare a candidate with the measurement in the theory's place, and with the theory.
+def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validation:
+    """Compare a user BRDF with the measurement in the theory's place, and with the theory.
 
     Parameters
     ----------
     entry : Validation
         Of the scene, with the theory's own comparisons.
-    candidate : Candidate
+    brdf : UserBrdf
         For each Kd of the scene it is asked on its own.
     broken : list of str
         What `model.examine` found.
@@ -34,7 +34,7 @@ def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> V
     Returns
     -------
     Validation
-        ``comparisons`` are the candidate's; ``trial`` holds it against the theory;
+        ``comparisons`` are the user BRDF's; ``user_brdf`` holds it against the theory;
         ``faults`` tells also of energy that is not there, parts the scene does not
         have, and lobes farther from the measured ones than the theory's.
 
@@ -46,7 +46,7 @@ def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> V
     own: dict[float, xr.Dataset] = {}
     for kd in entry.scene.material.kd:
         scene = replace(entry.scene, material=replace(entry.scene.material, kd=(kd,)))
-        predicted = own[kd] = model.predict_candidate(candidate, scene)
+        predicted = own[kd] = model.predict_user_brdf(brdf, scene)
         names = ("total",) if predicted.attrs["orders"] == "all" else ("specular", "body")
         found = [
             user_brdf.widened(row, _error(predicted, row))
@@ -67,10 +67,10 @@ def judge(entry: Validation, candidate: model.Candidate, broken: list[str]) -> V
         entry,
         comparisons=rows,
         faults=broken + [_astray(lobe) for lobe in lobes if lobe.to_measured > lobe.allowed],
-        trial=Trial(
-            candidate.name,
+        user_brdf=UserBrdfResult(
+            brdf.name,
             next(iter(own.values())).attrs["orders"],
-            [user_brdf.against(row, theory[_key(row)]) for row in rows],
+            [user_brdf.beside_theory(row, theory[_key(row)]) for row in rows],
             lobes,
             own,
         ),
@@ -105,7 +105,7 @@ def _energy(predicted: xr.Dataset, scene: Scene) -> list[str]:
     if predicted.attrs["orders"] == "1" and not scene.requires.interface:
         stray["specular"] = float(albedo.sel(kind="specular").max())
     found = [
-        f"candidate: a {kind} part of albedo {value:.3g} at n = {scene.material.n:g}, "
+        f"user BRDF: a {kind} part of albedo {value:.3g} at n = {scene.material.n:g}, "
         f"Kd = {kd:g}, where there is none"
         for kind, value in stray.items()
         if value > _STRAY
@@ -116,21 +116,21 @@ def _energy(predicted: xr.Dataset, scene: Scene) -> list[str]:
     if surplus.max() > _STRAY:
         worst = total.isel(surplus.argmax(["theta_i", "phi_i"]))
         found.append(
-            f"candidate: energy: albedo {float(worst):.5g} at θ_i = {float(worst.theta_i):g}, "
+            f"user BRDF: energy: albedo {float(worst):.5g} at θ_i = {float(worst.theta_i):g}, "
             f"φ_i = {float(worst.phi_i):g}, Kd = {kd:g}, must be ≤ 1"
         )
     return found
 
 
 def _missing(wanted: list[Key], found: list[Key]) -> list[str]:
-    return [f"candidate: no {_place(key)}" for key in wanted if key not in found]
+    return [f"user BRDF: no {_place(key)}" for key in wanted if key not in found]
 
 
 def _astray(lobe: Lobe) -> str:
     key = lobe.quantity, lobe.theta_i, lobe.phi_i, lobe.kd
     return (
-        f"candidate: lobe of {_place(key)} lies {lobe.to_measured:.1%} from the measured one, "
+        f"user BRDF: lobe of {_place(key)} lies {lobe.to_measured:.1%} from the measured one, "
         f"the theory {lobe.theory_to_measured:.1%}, {lobe.allowed:.1%} allowed; farthest from the "
-        f"theory at θ_o = {lobe.theta_o:g}, φ_o − φ_i = {lobe.phi_o:g}: {lobe.candidate:.4g} "
+        f"theory at θ_o = {lobe.theta_o:g}, φ_o − φ_i = {lobe.phi_o:g}: {lobe.user_brdf:.4g} "
         f"sr⁻¹ instead of {lobe.theory:.4g}"
     )

@@ -9,7 +9,7 @@ from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.recommend import Advice, Judged, advise
 from ..analysis.tradeoff.study import CHOICES
 from ..scene import toml
-from .options import PATH, as_json, beyond, check_tail, effort, seed
+from .options import PATH, allow_truncated_tail, as_json, check_tail, effort, seed
 from .output import show, write
 
 
@@ -25,7 +25,7 @@ from .output import show, write
 )
 @effort
 @seed
-@beyond
+@allow_truncated_tail
 @as_json
 def advise_command(
     scene: Path,
@@ -33,7 +33,7 @@ def advise_command(
     quantity: str,
     effort: str,
     seed: int,
-    beyond: bool,
+    allow_truncated_tail: bool,
     as_json: bool,
 ) -> None:
     """Find the cheapest way to a reflectance whose measured error stays below a tolerance.
@@ -41,7 +41,7 @@ def advise_command(
     Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
     """
     asked = toml.read(scene)
-    stated = check_tail(asked, beyond)
+    stated = check_tail(asked, allow_truncated_tail)
     found = advise(asked, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
     if as_json:
         show(_values(found) | stated, as_json=True)

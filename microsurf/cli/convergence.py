@@ -13,7 +13,16 @@ from ..report import make_folder
 from ..report.figures.convergence import draw
 from ..scene import Scene, toml
 from ..surface import notes_on_file
-from .options import PATH, as_json, beyond, check_from_file, check_tail, say, seed, workers
+from .options import (
+    PATH,
+    allow_truncated_tail,
+    as_json,
+    check_from_file,
+    check_tail,
+    say,
+    seed,
+    workers,
+)
 from .output import show, write
 from .save import rounded, save_study
 
@@ -35,7 +44,7 @@ _COLUMNS = (
     show_default=True,
     help="quick: minutes, meshes up to 1024 cells a side; full: more of all, up to 2048.",
 )
-@beyond
+@allow_truncated_tail
 @seed
 @workers
 @as_json
@@ -43,7 +52,7 @@ def convergence_command(
     scene: Path,
     out: Path | None,
     effort: str,
-    beyond: bool,
+    allow_truncated_tail: bool,
     seed: int,
     workers: int | None,
     as_json: bool,
@@ -53,7 +62,7 @@ def convergence_command(
     Example: microsurf convergence my_scene.toml --effort quick
     """
     asked = toml.read(scene)
-    check_tail(asked, beyond)
+    check_tail(asked, allow_truncated_tail)
     _check(asked, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out
     make_folder(out)

@@ -20,8 +20,8 @@ from ..trace.cluster import Crew, connected
 from .options import (
     PATH,
     accuracy,
+    allow_truncated_tail,
     as_json,
-    beyond,
     check_described,
     check_from_file,
     check_tail,
@@ -52,7 +52,7 @@ from .planned import planned
 @light
 @accuracy
 @click.option("--realisations", type=int, help="Surfaces of the same kind. Default 4.")
-@beyond
+@allow_truncated_tail
 @seed
 @workers
 @click.option("--scheduler", metavar="tcp://HOST:PORT", help="Work on a dask cluster instead.")
@@ -62,7 +62,8 @@ from .planned import planned
 @as_json
 def measure_command(
     scene_file: Path | None, seed: int, workers: int | None, scheduler: str | None,
-    out: Path | None, resume: bool, beyond: bool, dry_run: bool, as_json: bool, **given: Any,
+    out: Path | None, resume: bool, allow_truncated_tail: bool, dry_run: bool,
+    as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Ray-trace a surface and print its albedos with their standard errors.
 
@@ -80,7 +81,7 @@ def measure_command(
         check_described(scene_file, given)
     asked = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
     check_from_file(asked, given)
-    stated = {**check_tail(asked, beyond), **say(notes_on_file(asked))}
+    stated = {**check_tail(asked, allow_truncated_tail), **say(notes_on_file(asked))}
     memory.require_lobes(asked.surface.realisations, asked.light.angles)
     parts = None
     if out is not None:

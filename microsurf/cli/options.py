@@ -53,10 +53,10 @@ seed = click.option("--seed", type=click.IntRange(0), default=0, show_default=Tr
 workers = click.option(
     "--workers", type=click.IntRange(1, _MAX_WORKERS), help="Threads; default all cores."
 )
-beyond = click.option(
-    "--beyond",
+allow_truncated_tail = click.option(
+    "--allow-truncated-tail",
     is_flag=True,
-    help=f"Go on below γ = {tail_limit.LEAST_GAMMA:g}, where no mesh holds the steepest slopes.",
+    help=f"Allow γ < {tail_limit.LEAST_GAMMA:g}, where a finite mesh truncates the slope tail.",
 )
 effort = click.option(
     "--effort",
@@ -136,19 +136,19 @@ def say(notes: list[str]) -> dict[str, list[str]]:
     return {"notes": notes} if notes else {}
 
 
-def check_tail(asked: Scene, beyond: bool) -> dict[str, str]:
+def check_tail(asked: Scene, allow_truncated_tail: bool) -> dict[str, str]:
     """Refuse what no mesh can hold, or say on stderr what it leaves out; also for --json."""
     left_out = tail_limit.tail_left_out(asked)
     if left_out is None:
         return {}
-    if not beyond:
+    if not allow_truncated_tail:
         raise InputError(
-            f"{left_out}; must be ≥ {tail_limit.LEAST_GAMMA:g}. Add --beyond to go on with that"
-            f" error; "
+            f"{left_out}; must be ≥ {tail_limit.LEAST_GAMMA:g}. Add "
+            "--allow-truncated-tail to accept that error; "
             "`microsurf predict` needs no mesh"
         )
-    click.echo(f"microsurf: {left_out}: gone on with, as asked by --beyond", err=True)
-    return {"beyond": left_out}
+    click.echo(f"microsurf: {left_out}: accepted by --allow-truncated-tail", err=True)
+    return {"truncated_tail": left_out}
 
 
 def compose(file: Path | None, **given: Any) -> Scene:

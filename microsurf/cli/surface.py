@@ -8,7 +8,7 @@ import click
 
 from .. import memory, surface
 from ..files import check_writable
-from .options import PATH, as_json, beyond, check_tail, compose, generated, say, seed
+from .options import PATH, allow_truncated_tail, as_json, check_tail, compose, generated, say, seed
 from .output import check_ending, show
 
 _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "iterations")
@@ -22,15 +22,17 @@ _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "it
 @click.option("--spacing", type=float, help="Side of a cell in your unit of length. Default 1.")
 @seed
 @click.option("--out", type=PATH, required=True, help="FILE.npz, .npy, .ply, .obj or .stl.")
-@beyond
+@allow_truncated_tail
 @as_json
-def make_surface(as_json: bool, seed: int, out: Path, beyond: bool, **given: Any) -> None:
+def make_surface(
+    as_json: bool, seed: int, out: Path, allow_truncated_tail: bool, **given: Any
+) -> None:
     """Make a heightfield whose facet slopes follow Student's t-distribution.
 
     Example: microsurf surface --gamma 2 --sigma 0.5 --seed 7 --out ggx.npz
     """
     wanted = compose(None, **given)
-    stated: dict[str, Any] = dict(check_tail(wanted, beyond))
+    stated: dict[str, Any] = dict(check_tail(wanted, allow_truncated_tail))
     check_ending(out, *surface.ENDINGS)
     check_writable(out)
     memory.require(wanted.surface.cells**2, memory.SURFACE_BYTES_PER_CELL, "--cells")

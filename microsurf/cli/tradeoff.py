@@ -10,7 +10,7 @@ from ..analysis.tradeoff.study import QUANTITIES, Tradeoff, check, tradeoff
 from ..report import make_folder
 from ..report.figures.pareto import figure, rows, within
 from ..scene import toml
-from .options import PATH, as_json, beyond, check_tail, effort, seed
+from .options import PATH, allow_truncated_tail, as_json, check_tail, effort, seed
 from .output import show, write
 from .save import rounded, save_study
 
@@ -20,10 +20,10 @@ from .save import rounded, save_study
 @click.option("--out", type=PATH, help="Folder; default reports/tradeoff/ and the scene's name.")
 @effort
 @seed
-@beyond
+@allow_truncated_tail
 @as_json
 def tradeoff_command(
-    scene: Path, out: Path | None, effort: str, seed: int, beyond: bool, as_json: bool
+    scene: Path, out: Path | None, effort: str, seed: int, allow_truncated_tail: bool, as_json: bool
 ) -> None:
     """Run every model, walk and mesh on a scene, and show what accuracy costs.
 
@@ -31,7 +31,7 @@ def tradeoff_command(
     """
     asked = toml.read(scene)
     check(asked)
-    stated = check_tail(asked, beyond)
+    stated = check_tail(asked, allow_truncated_tail)
     out = Path("reports/tradeoff") / scene.stem if out is None else out
     make_folder(out)
     found = tradeoff(asked, EFFORTS[effort], seed=seed, progress=True)

@@ -23,8 +23,8 @@ from ..surface import StdFit
 from .options import (
     PATH,
     accuracy,
+    allow_truncated_tail,
     as_json,
-    beyond,
     check_tail,
     compose,
     dry_run,
@@ -49,9 +49,9 @@ _ON_TOP = (
 @click.option("--realisations", type=int, help="Instead of what the scenes ask for.")
 @click.option(
     "--model",
-    "candidate",
+    "user_brdf",
     metavar="MODULE:CALLABLE|TABLE.csv",
-    help="Your own BRDF in the model's place: f(i, o), a pair (f_specular, f_body) of order 1 or "
+    help="A user BRDF in the model's place: f(i, o), a pair (f_specular, f_body) of order 1 or "
     "one array of all orders; or a table.",
 )
 @click.option(
@@ -68,21 +68,21 @@ _ON_TOP = (
     show_default=True,
     help="Measure what mesh and tile leave: a dozen surfaces more for each scene.",
 )
-@beyond
+@allow_truncated_tail
 @seed
 @workers
 @dry_run
 @as_json
 def validate_command(
-    scene_files: tuple[Path, ...], out: Path, candidate: str | None, old: Path | None,
-    refined: bool, beyond: bool, seed: int, workers: int | None, dry_run: bool, as_json: bool,
-    **given: Any,
+    scene_files: tuple[Path, ...], out: Path, user_brdf: str | None, old: Path | None,
+    refined: bool, allow_truncated_tail: bool, seed: int, workers: int | None, dry_run: bool,
+    as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
     Example: microsurf validate my_scene.toml --out my_report
 
-    Your own BRDF: microsurf validate my_scene.toml --model mypackage:brdf
+    A user BRDF: microsurf validate my_scene.toml --model mypackage:brdf
 
     Until an error is reached, with what that takes said before:
     microsurf validate my_scene.toml --standard-error 1e-3 --dry-run
@@ -92,12 +92,12 @@ def validate_command(
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
     before = None if old is None else (str(old), regression.read_report(old))
-    own = None if candidate is None else model.load_candidate(candidate)
+    own = None if user_brdf is None else model.load_user_brdf(user_brdf)
     if own is not None and not scene_files:  # a mirror's spike is no f(i, o)
         scenes = {name: asked for name, asked in scenes.items() if model.has_values(asked)}
     broken = {} if own is None else {k: model.examine(own, asked) for k, asked in scenes.items()}
     for asked in scenes.values():
-        check_tail(asked, beyond)
+        check_tail(asked, allow_truncated_tail)
         memory.require_lobes(asked.surface.realisations, asked.light.angles)
     begin = time.perf_counter()
     prepared = _prepared(scenes)

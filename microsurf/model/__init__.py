@@ -2,7 +2,7 @@
 
 `predict` and `evaluate` give the first order without sampling, `walk` and
 `evaluate_walk` all orders by random walks. `Brdf` is any of them as a renderer takes
-it, `presets` the models of the literature. `Candidate` is a BRDF of one's own in their place.
+it, `presets` the models of the literature. `UserBrdf` is a user BRDF in their place.
 """
 
 from . import presets
@@ -11,23 +11,23 @@ from .directions import direction
 from .random_walk.evaluate import evaluate_walk
 from .random_walk.simulate import KINDS, walk
 from .single_scattering.first_order import NAMES, evaluate, predict
-from .user_brdf.brdf import Candidate, examine, has_values
-from .user_brdf.brdf import load as load_candidate
-from .user_brdf.predict import predict_candidate
+from .user_brdf.brdf import UserBrdf, examine, has_values
+from .user_brdf.brdf import load as load_user_brdf
+from .user_brdf.predict import predict_user_brdf
 
 __all__ = [
     "KINDS",
     "NAMES",
     "Brdf",
-    "Candidate",
+    "UserBrdf",
     "direction",
     "evaluate",
     "evaluate_walk",
     "examine",
     "has_values",
-    "load_candidate",
+    "load_user_brdf",
     "predict",
-    "predict_candidate",
+    "predict_user_brdf",
     "presets",
     "walk",
 ]

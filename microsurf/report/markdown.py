@@ -17,7 +17,7 @@ _LEGEND = (
     "lies within the margin; *departs*: all of it outside. Departing is no error unless the "
     "scene expects otherwise."
 )
-_LINES = {"unexpected": 60, "notes": 20, "moved": 40, "trial": 40, "scenes": 100}
+_LINES = {"unexpected": 60, "notes": 20, "moved": 40, "user_brdf": 40, "scenes": 100}
 """Rows of each table, so that the longest possible is below LONGEST."""
 
 
@@ -38,7 +38,7 @@ def to_markdown(document: Row) -> str:
         _unexpected(scenes),
         _notes(scenes),
         _moved(document.get("baseline")),
-        _trial(scenes),
+        _user_brdf(scenes),
         _scenes(scenes),
         _LEGEND,
     ]
@@ -105,27 +105,27 @@ def _percent(row: Row) -> str:
     return f"{100 * row['difference'] / row['old']:+.2f} %" if row["old"] else "–"
 
 
-def _trial(scenes: list[Row]) -> str:
-    """The candidate against the theory: nothing without one."""
-    tried = [(s, row) for s in scenes if s["trial"] for row in s["trial"]["against"]]
+def _user_brdf(scenes: list[Row]) -> str:
+    """The user BRDF against the theory: nothing without one."""
+    tried = [(s, row) for s in scenes if s["user_brdf"] for row in s["user_brdf"]["beside_theory"]]
     if not tried:
         return ""
     found = [
         (
             _link(scene),
             phrases.place(row),
-            f"{row['candidate']:.5g}",
+            f"{row['user_brdf']:.5g}",
             f"{row['theory']:.5g}",
             f"{100 * row['effect']:+.2f} % ({100 * row['low']:+.2f} … {100 * row['high']:+.2f})",
-            f"{row['candidate_verdict']} / {row['theory_verdict']}",
+            f"{row['user_brdf_verdict']} / {row['theory_verdict']}",
             _escaped(row["finding"]),
         )
-        for scene, row in tried[: _LINES["trial"]]
+        for scene, row in tried[: _LINES["user_brdf"]]
     ]
-    name = tried[0][0]["trial"]["name"]
+    name = tried[0][0]["user_brdf"]["name"]
     columns = (
-        "scene", "quantity", "candidate", "theory", "candidate / theory − 1",
-        "verdicts: candidate / theory", "finding",
+        "scene", "quantity", "user BRDF", "theory", "user BRDF / theory − 1",
+        "verdicts: user BRDF / theory", "finding",
     )  # fmt: skip
     return f"### {_escaped(name)} against the theory\n\n" + _table(columns, found, len(tried))
 

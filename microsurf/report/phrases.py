@@ -29,8 +29,8 @@ def verdict(row: Row) -> str:
 
 
 def finding(scene: Row, row: Row) -> str:
-    """What a candidate's comparison says beside the theory's; empty without a candidate."""
-    for other in (scene.get("trial") or {}).get("against", []):
+    """What a user BRDF's comparison says beside the theory's; empty without a user BRDF."""
+    for other in (scene.get("user_brdf") or {}).get("beside_theory", []):
         if all(other[key] == row[key] for key in ("quantity", "theta_i", "phi_i", "kd")):
             return f"{100 * other['effect']:+.2f} % from {other['model']}: {other['finding']}"
     return ""
@@ -45,13 +45,13 @@ def moved(row: Row) -> str:
 def invariants(scene: Row) -> Iterator[tuple[str, str]]:
     """Name of each invariant of a scene and what is broken about it, empty if it holds.
 
-    What is wrong with a candidate follows.
+    What is wrong with a user BRDF follows.
     """
     texts = iter(scene["broken"])
     for row in scene["invariants"]:
         yield row["name"], "" if row["holds"] else next(texts)
     for number, text in enumerate(texts, 1):
-        yield f"candidate {number}", text
+        yield f"user BRDF {number}", text
 
 
 def suites(document: Row) -> list[Row]:
@@ -61,7 +61,7 @@ def suites(document: Row) -> list[Row]:
         "comparisons": [],
         "invariants": document["invariants"],
         "broken": document["broken"],
-        "trial": None,
+        "user_brdf": None,
         "seconds": 0.0,
     }
     return [*document["scenes"], *([lasting] if document["invariants"] else [])]
@@ -75,7 +75,7 @@ def unexpected(document: Row) -> list[str]:
             if row["unexpected"]:
                 more = finding(scene, row)
                 text = f"{scene['name']}: {place(row)}: {verdict(row)}"
-                lines.append(f"{text}; candidate {more}" if more else text)
+                lines.append(f"{text}; user BRDF {more}" if more else text)
         lines += [f"{scene['name']}: {text}" for _, text in invariants(scene) if text]
     return lines
 

@@ -67,7 +67,7 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
         entry.name: [
             section
             for section in (
-                _candidate(entry, slug),
+                _user_brdf(entry, slug),
                 _budget(entry, slug),
                 _masking(entry, slug),
                 _frontier(entry, slug),
@@ -90,23 +90,25 @@ def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[
     return [section for section in found if section is not None]
 
 
-def _candidate(entry: Validation, slug: str) -> Section | None:
-    if entry.trial is None:
+def _user_brdf(entry: Validation, slug: str) -> Section | None:
+    if entry.user_brdf is None:
         return None
     picture = Picture(
-        f"{slug}-candidate",
+        f"{slug}-user-brdf",
         user_brdf.figure(entry),
-        "The candidate's lobes beside the theory's and the measured ones.",
+        "The user BRDF's lobes beside the theory's and the measured ones.",
         user_brdf.rows(entry),
     )
-    columns = ("quantity", "theta_i", "kd", "candidate", "model", "theory", "effect", "finding")
-    against = [{key: row[key] for key in columns} for row in entry.trial.as_json()["against"]]
+    columns = ("quantity", "theta_i", "kd", "user_brdf", "model", "theory", "effect", "finding")
+    beside_theory = [
+        {key: row[key] for key in columns} for row in entry.user_brdf.as_json()["beside_theory"]
+    ]
     return Section(
-        "candidate",
-        f"The candidate {entry.trial.name}",
-        "The verdicts of this scene are the candidate's. Here it is beside our own theory, so that "
-        "a fault of the candidate is told from a limit of the theory.",
-        (Table("Candidate / theory − 1", against),),
+        "user-brdf",
+        f"The user BRDF {entry.user_brdf.name}",
+        "The verdicts of this scene are the user BRDF's. Here it is beside our own theory, so that "
+        "a fault of the user BRDF is told from a limit of the theory.",
+        (Table("User BRDF / theory − 1", beside_theory),),
         (picture,),
     )
 
@@ -119,7 +121,7 @@ def _budget(entry: Validation, slug: str) -> Section | None:
     first = [row for row in rows if row["kd"] == kd and row["phi_i"] == phi]
     drawn = error_budget.drawn_terms(first)
     there = {row["term"] for row in rows}
-    hidden = [t for t in ("law", "slopes", "mesh", "losses", "masking", "multiple")
+    hidden = [t for t in ("model", "slopes", "mesh", "losses", "masking", "multiple")
               if t in there and t not in drawn]  # fmt: skip
     several = len(entry.scene.light.phi) > 1
     caption = _CAPTION.format(

@@ -125,7 +125,7 @@ def damaged():
     good = report(row())
     texts = {"": "not JSON", "{": "not JSON", "[1]": "no report", "{}": "no report", "3": "no rep"}
     yield from texts.items()
-    yield json.dumps({**good, "schema": 1}), "schema = 1, this microsurf reads 2"
+    yield json.dumps({**good, "schema": 1}), "schema = 1, this microsurf reads 3"
     yield json.dumps({**good, "schema": 99}), "schema = 99"
     yield json.dumps({**good, "schema": "two"}), "schema = 'two'"
     yield json.dumps({"schema": regression.SCHEMA}), "damaged"

@@ -1,4 +1,4 @@
-"""What is expected of a candidate, and what is said of it."""
+"""What is expected of a user BRDF, and what is said of it."""
 
 from dataclasses import replace
 
@@ -46,14 +46,14 @@ def test_it_must_hold_unless_the_theory_does_not_and_it_comes_as_near(own, theor
     [
         (0.0, 0.5, 0.0, "as the theory"),
         (0.2, 0.5, 0.2, "as the theory, which departs here"),
-        (0.2, 0.4, 0.0, "the candidate's own: the theory holds here"),
+        (0.2, 0.4, 0.0, "the user BRDF's own: the theory holds here"),
         (0.01, 0.6, 0.2, "not the theory, and holds; it does not"),
         (0.01, 0.495, 0.0, "not the theory, and holds"),
         (0.3, 0.45, 0.2, "not the theory, which departs here too"),
     ],
 )
 def test_a_bug_is_told_from_where_theory_stops(own, own_predicted, theory, words):
-    found = user_brdf.against(row(own, predicted=own_predicted), row(theory, model="smith"))
+    found = user_brdf.beside_theory(row(own, predicted=own_predicted), row(theory, model="smith"))
     assert found.finding == words
     assert found.effect == pytest.approx(own_predicted / 0.5 - 1)
 
@@ -61,7 +61,7 @@ def test_a_bug_is_told_from_where_theory_stops(own, own_predicted, theory, words
 def test_errors_of_both_are_in_the_interval():
     theory = replace(row(0.0, model="smith-walk"), predicted_error=0.01)
     own = user_brdf.widened(row(0.0, predicted=0.52), 0.02)
-    found = user_brdf.against(own, theory)
+    found = user_brdf.beside_theory(own, theory)
     assert found.high - found.effect == pytest.approx(1.04 * (0.02 + 1.96 * 0.02))
     assert found.finding.startswith("as the theory")
 

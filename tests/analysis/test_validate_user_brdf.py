@@ -1,4 +1,4 @@
-"""One's own BRDF in the model's place: the right one passes, planted errors are found."""
+"""A user BRDF in the model's place: the right one passes, planted errors are found."""
 
 import sys
 from dataclasses import replace
@@ -9,7 +9,7 @@ import pytest
 
 from microsurf import model
 from microsurf.analysis import validate, validate_user_brdf
-from microsurf.model import Candidate, examine
+from microsurf.model import UserBrdf, examine
 from microsurf.report import phrases
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, toml
 
@@ -32,7 +32,7 @@ def entry():
 def example(monkeypatch):
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    return lambda name: model.load_candidate(f"validation.examples.{name}")
+    return lambda name: model.load_user_brdf(f"validation.examples.{name}")
 
 
 def lines(judged):
@@ -50,10 +50,10 @@ def test_the_right_one_passes(entry, example):
     assert lines(judged) == []
     assert [c.verdict for c in judged.comparisons] == ["holds", "holds"]
     assert {c.model for c in judged.comparisons} == {"validation.examples.user_brdf:brdf"}
-    specular, body = judged.trial.against
+    specular, body = judged.user_brdf.beside_theory
     assert abs(specular.effect) < 1e-4
     assert abs(body.effect) < 5e-3  # 160 facets
-    assert judged.trial.orders == "1"
+    assert judged.user_brdf.orders == "1"
 
 
 @pytest.mark.parametrize(
@@ -64,12 +64,12 @@ def test_a_planted_error_is_found_where_it_is(entry, example, name, quantity, ef
     judged = judge(entry, example(f"user_brdf_wrong:{name}"))
     wrong = [c.quantity for c in judged.comparisons if c.unexpected]
     assert wrong == [quantity]
-    (found,) = [a for a in judged.trial.against if a.quantity == quantity]
+    (found,) = [a for a in judged.user_brdf.beside_theory if a.quantity == quantity]
     assert found.effect == pytest.approx(effect, abs=0.01)
-    assert found.finding == "the candidate's own: the theory holds here"
+    assert found.finding == "the user BRDF's own: the theory holds here"
     text = lines(judged)[0]
     assert f"order-1 {quantity} albedo, θ_i = 20°" in text
-    assert "the candidate's own" in text
+    assert "the user BRDF's own" in text
 
 
 def test_the_right_albedo_in_the_wrong_place_is_found(entry, example):
@@ -80,15 +80,15 @@ def test_the_right_albedo_in_the_wrong_place_is_found(entry, example):
         specular, _ = right.function(i, o * [-1, 1, 1])
         return specular, right.function(i, o)[1]
 
-    judged = judge(entry, Candidate("own:turned", turned))
+    judged = judge(entry, UserBrdf("own:turned", turned))
     assert [c.verdict for c in judged.comparisons] == ["holds", "holds"]
     (astray,) = judged.broken
-    assert astray.startswith("candidate: lobe of order-1 specular albedo at θ_i = 20")
+    assert astray.startswith("user BRDF: lobe of order-1 specular albedo at θ_i = 20")
     assert "farthest from the theory at θ_o = " in astray
 
 
 def test_energy_and_what_is_not_there_are_broken_invariants(entry):
-    judged = judge(entry, Candidate("own:f", lambda _, o: (0 * o[:, 0], np.full(len(o), 0.4))))
+    judged = judge(entry, UserBrdf("own:f", lambda _, o: (0 * o[:, 0], np.full(len(o), 0.4))))
     assert any("energy: albedo 1.2566" in text for text in judged.broken)
     assert any("no order-1 specular albedo at θ_i = 20" in text for text in judged.broken)
 
@@ -100,12 +100,12 @@ def test_one_array_is_judged_as_all_orders_against_the_walk(entry):
     assert total.predicted > whole
     # ∫ i_z o_z cosθ_o dω = i_z 2π/3.
     f = total.predicted * 1.5 / np.pi / np.cos(np.radians(20))
-    judged = judge(entry, Candidate("own:f", lambda i, o: f * i[:, 2] * o[:, 2]))
+    judged = judge(entry, UserBrdf("own:f", lambda i, o: f * i[:, 2] * o[:, 2]))
     assert [c.quantity for c in judged.comparisons] == ["total"]
-    assert judged.trial.against[0].model == "smith-walk"
-    assert judged.trial.against[0].finding.startswith("as the theory")
+    assert judged.user_brdf.beside_theory[0].model == "smith-walk"
+    assert judged.user_brdf.beside_theory[0].finding.startswith("as the theory")
     # The albedo is right, its lobe is not.
-    assert [text.partition(" of ")[0] for text in judged.broken] == ["candidate: lobe"]
+    assert [text.partition(" of ")[0] for text in judged.broken] == ["user BRDF: lobe"]
 
 
 def test_each_kd_is_asked_on_its_own():
@@ -124,12 +124,12 @@ def test_each_kd_is_asked_on_its_own():
     def always(i, _, scene):
         return np.zeros(len(i)), np.full(len(i), max(scene.material.kd[0], 0.3) / np.pi)
 
-    judged = judge(flat, Candidate("own:f", lambert, takes_scene=True))
+    judged = judge(flat, UserBrdf("own:f", lambert, takes_scene=True))
     assert lines(judged) == []
     assert [(c.kd, c.phi_i) for c in judged.comparisons] == [
         (kd, phi) for kd in (0.3, 0.9) for phi in (0.0, 90.0)
     ]
-    assert {a.finding for a in judged.trial.against} == {"as the theory"}
+    assert {a.finding for a in judged.user_brdf.beside_theory} == {"as the theory"}
     # Where there is no substrate no light may come out of it.
-    (stray,) = judge(flat, Candidate("own:f", always, takes_scene=True)).broken
-    assert stray == "candidate: a body part of albedo 0.3 at n = 1, Kd = 0, where there is none"
+    (stray,) = judge(flat, UserBrdf("own:f", always, takes_scene=True)).broken
+    assert stray == "user BRDF: a body part of albedo 0.3 at n = 1, Kd = 0, where there is none"

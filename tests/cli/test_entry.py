@@ -651,7 +651,7 @@ def test_a_user_brdf_stands_in_the_models_place(run, refused, monkeypatch):
     ran = run(*options, "own_lambert:dark")
     assert ran.code == 1
     findings = json.loads(ran.out)["findings"]
-    assert "candidate -50.00 % from flat: the candidate's own" in findings[0]
+    assert "user BRDF -50.00 % from flat: the user BRDF's own" in findings[0]
     assert "total albedo, θ_i = 60°" in findings[0]
     assert {p.name for p in Path("r").iterdir()} >= {
         "report.html", "report.json", "report.md", "junit.xml"

@@ -88,13 +88,13 @@ def test_a_tail_no_mesh_holds_is_refused_unless_told(name, tmp_path):
     assert isinstance(refused.exception, InputError)
     text = str(refused.exception)
     assert "gamma = 1.6" in text
-    assert "--beyond" in text
-    done = CliRunner().invoke(cli, [*heavy, "--beyond"])
+    assert "--allow-truncated-tail" in text
+    done = CliRunner().invoke(cli, [*heavy, "--allow-truncated-tail"])
     assert done.exit_code == 0
-    assert "gone on with" in done.stderr
-    assert json.loads(done.stdout)["beyond"].startswith("gamma = 1.6: at least")
+    assert "accepted by" in done.stderr
+    assert json.loads(done.stdout)["truncated_tail"].startswith("gamma = 1.6: at least")
     inside = [word if word != "1.6" else "1.65" for word in heavy]
-    assert "beyond" not in json.loads(CliRunner().invoke(cli, inside).stdout)
+    assert "truncated_tail" not in json.loads(CliRunner().invoke(cli, inside).stdout)
 
 
 @pytest.mark.parametrize("name", ["validate", "convergence"])

@@ -13,7 +13,7 @@ import pytest
 
 from microsurf import report
 from microsurf.analysis import validate, validate_user_brdf
-from microsurf.model import Candidate
+from microsurf.model import UserBrdf
 from microsurf.report.junit import to_junit
 from microsurf.report.markdown import LONGEST, to_markdown
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
@@ -42,18 +42,18 @@ check = jsonschema.Draft202012Validator(SCHEMA).validate
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A report of a rough scene, a flat one and a candidate's, against one with other figures."""
+    """A report of a rough scene, a flat one and a user BRDF's, against one with other figures."""
     entry = validate.validate_scene("a|b<c>", SCENE)
     flat = validate.validate_scene("flat", FLAT)
     broken = replace(flat, name="broken", faults=[NASTY, "energy: is gone"])
-    own = Candidate("own:f", lambda _, o: (0.1 * o[:, 2] + 0.01, np.zeros(len(o))))
+    own = UserBrdf("own:f", lambda _, o: (0.1 * o[:, 2] + 0.01, np.zeros(len(o))))
     tried = validate_user_brdf.judge(replace(entry, name="tried", heightfield=None), own, [])
     scenes = [
         json.loads(json.dumps(validate.as_json(e), default=np.ndarray.tolist))
         for e in (entry, flat)
     ]
     scenes[0]["comparisons"][0] |= {"measured": 1.0, "verdict": "holds"}
-    old = {"schema": 2, "microsurf": "0", "scenes": scenes}
+    old = {"schema": 3, "microsurf": "0", "scenes": scenes}
     out = tmp_path_factory.mktemp("now")
     report.write([entry, flat, broken, tried], out, 7, old=("old.json", old))
     return out
@@ -71,7 +71,7 @@ def test_the_schema_is_one():
 def test_a_real_report_is_as_the_schema_says(document):
     check(document)
     assert document["baseline"]["moved"]
-    assert document["scenes"][3]["trial"]["against"]
+    assert document["scenes"][3]["user_brdf"]["beside_theory"]
 
 
 def test_keys_may_be_added(document):
@@ -200,7 +200,7 @@ def test_markdown_fits_a_comment_whatever_the_scenes(document):
     for row in scene["comparisons"]:
         row |= {"unexpected": True, "why": "_" * 5000}
     scene["comparisons"] *= 20
-    scene["trial"]["against"] *= 20
+    scene["user_brdf"]["beside_theory"] *= 20
     many["scenes"] = [scene] * 150
     many["baseline"]["moved"] *= 500
     many["baseline"]["appeared"] = ["<" * 1000] * 500
@@ -208,7 +208,7 @@ def test_markdown_fits_a_comment_whatever_the_scenes(document):
     assert len(text) <= LONGEST < 65_000
     assert "cut; see report.html" in text
     for part in many["scenes"]:
-        part |= {"name": "scene", "broken": [], "trial": None}
+        part |= {"name": "scene", "broken": [], "user_brdf": None}
     for row in scene["comparisons"]:
         row["why"] = "because"
     text = to_markdown(many)

@@ -138,7 +138,7 @@ def test_one_surface_has_no_bars_over_others(entry):
 
 
 def test_a_model_of_ones_own_is_drawn(entry):
-    """A candidate has no style of ours."""
+    """A user BRDF has no style of ours."""
     other = {"mine": entry.predicted["smith"]}
     for module in (lobes, albedo_by_order):
         figure = module.figure(module.rows(entry.measured, other, entry.scene, 0.8))

@@ -103,7 +103,7 @@ def defects(gamma: float) -> Iterator[tuple[str, str, list[Case], list[Case]]]:
     wrong = predicted[0], capped(predicted[1])
     after = cases(measured, surfaces, own=wrong)
     yield "model's walk ends at the third event", "multiple", before, after
-    yield "model's r_i 5 % too high", "law", before, cases(
+    yield "model's r_i 5 % too high", "model", before, cases(
         measured, surfaces, own=r_i_too_high(predicted)
     )  # fmt: skip
 

@@ -193,7 +193,7 @@ def _expected(
     kd: float,
     place: tuple[int, int],
 ) -> dict[str, Estimate]:
-    """Return later orders of a theory whose every event has the candidate's faults of order 1.
+    """Return later orders of a theory whose every event has the user BRDF's faults of order 1.
 
     Orders of b body events have the ratio of the body b times, that of mirroring else.
     """

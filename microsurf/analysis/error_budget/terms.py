@@ -32,7 +32,7 @@ from .regions import FIRST, HIGHER, LOBES, TOTAL
 
 Array = NDArray[np.float64]
 
-TERMS = ("law", "slopes", "mesh", "tile", "losses", "masking", "multiple", "noise")
+TERMS = ("model", "slopes", "mesh", "tile", "losses", "masking", "multiple", "noise")
 _LEVEL = 0.975
 
 
@@ -67,7 +67,7 @@ class Case:
     ray_errors : mapping of float
         Standard errors of the rays, used where there is one surface.
     predicted, theory : mapping of Estimate
-        The candidate; Smith with STD.
+        The user BRDF; Smith with STD.
     slopes : mapping of Estimate
         What the slopes of the surfaces change about the latter, from the same random
         numbers: the sampling of ``theory`` is not in it.
@@ -182,7 +182,7 @@ class _Sum:
 def _before(case: Case, q: str) -> dict[str, _Sum]:
     """Terms that do not depend on the surface's structure."""
     found = {
-        "law": _Sum.of(_law(case, q)),
+        "model": _Sum.of(_model(case, q)),
         "slopes": _Sum.of(case.slopes[q]),
     }
     for term, parts in (("mesh", case.mesh), ("tile", case.tile)):
@@ -194,7 +194,7 @@ def _before(case: Case, q: str) -> dict[str, _Sum]:
     return found
 
 
-def _law(case: Case, q: str) -> Estimate:
+def _model(case: Case, q: str) -> Estimate:
     """Theory less prediction; of later orders less what order 1 lets expect of it."""
     if case.theory is case.predicted:
         return NOTHING

@@ -1,1 +1,1 @@
-"""A BRDF of the user's own in a model's place."""
+"""A user BRDF in a model's place."""

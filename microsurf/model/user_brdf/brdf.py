@@ -1,4 +1,4 @@
-"""One's own BRDF in a model's place: a Python callable or a table, checked wherever it is asked.
+"""A user BRDF in a model's place: a Python callable or a table, checked wherever it is asked.
 
 A callable ``f(i, o)`` takes unit directions of shape (n, 3) towards the light and the
 detector, both above the horizon, in float64, and gives the BRDF in sr⁻¹, cosine not
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 ALL, SPECULAR, BODY = "all", "specular", "body"
 SMOOTHEST = 1e-4
-"""Smallest σ whose spike about the mirror direction is resolved, see `candidate_bins`."""
+"""Smallest σ whose spike about the mirror direction is resolved, see `bin_integrals`."""
 _PROBES = 64
 _MOST = 1e30
 """Largest f in sr⁻¹ that its sums over directions can hold; spikes of σ = 1e-6 have 1e12."""
@@ -43,7 +43,7 @@ _LINE = 200
 
 
 @dataclass(frozen=True)
-class Candidate:
+class UserBrdf:
     """A BRDF to be tested, by the name it was given.
 
     Attributes
@@ -113,8 +113,8 @@ def _shown(w: Array) -> str:
     return "(" + ", ".join(f"{c:.6g}" for c in w) + ")"
 
 
-def load(name: str) -> Candidate:
-    """Find a candidate: ``package.module:callable``, or the name of a table ending in .csv.
+def load(name: str) -> UserBrdf:
+    """Find a user BRDF: ``package.module:callable``, or the name of a table ending in .csv.
 
     Modules are looked for in the current folder too.
 
@@ -126,7 +126,7 @@ def load(name: str) -> Candidate:
     """
     if name.lower().endswith(".csv"):
         table = read_table(Path(name))
-        return Candidate(name, table, table=table)
+        return UserBrdf(name, table, table=table)
     module, colon, attribute = name.partition(":")
     if not (module and colon and attribute):
         raise InputError(
@@ -153,7 +153,7 @@ def load(name: str) -> Candidate:
         takes_scene = "scene" in inspect.signature(function).parameters
     except (TypeError, ValueError):  # compiled without a signature
         takes_scene = False
-    return Candidate(name, function, takes_scene)
+    return UserBrdf(name, function, takes_scene)
 
 
 def has_values(scene: Scene) -> bool:
@@ -162,8 +162,8 @@ def has_values(scene: Scene) -> bool:
     return not (smooth and scene.requires.interface)
 
 
-def examine(candidate: Candidate, scene: Scene) -> list[str]:
-    """Ask a candidate at some directions, before anything is traced for it.
+def examine(brdf: UserBrdf, scene: Scene) -> list[str]:
+    """Ask a user BRDF at some directions, before anything is traced for it.
 
     Returns
     -------
@@ -179,35 +179,35 @@ def examine(candidate: Candidate, scene: Scene) -> list[str]:
 
     """
     kds = scene.material.kd
-    if len(kds) > 1 and not candidate.takes_scene:
+    if len(kds) > 1 and not brdf.takes_scene:
         raise InputError(
-            f"--model {candidate.name}: knows no Kd and material.kd = {list(kds)}; give the scene "
+            f"--model {brdf.name}: knows no Kd and material.kd = {list(kds)}; give the scene "
             "one, or the callable a parameter `scene`"
         )
     if not has_values(scene):
         sigma = min(scene.roughness.sigma)
         raise InputError(
-            f"--model {candidate.name}: roughness.sigma = {sigma:g} with an interface "
+            f"--model {brdf.name}: roughness.sigma = {sigma:g} with an interface "
             f"makes a spike that no sum over f(i, o) holds; must be ≥ {SMOOTHEST:g}, or n = 1"
         )
-    if candidate.table is not None:
-        candidate.table.require(scene.light.theta, scene.light.phi)
+    if brdf.table is not None:
+        brdf.table.require(scene.light.theta, scene.light.phi)
         return []
     one_each = (replace(scene, material=replace(scene.material, kd=(kd,))) for kd in kds)
-    return [text for one in one_each for text in _asked(candidate, one)]
+    return [text for one in one_each for text in _asked(brdf, one)]
 
 
-def _asked(candidate: Candidate, scene: Scene) -> list[str]:
+def _asked(brdf: UserBrdf, scene: Scene) -> list[str]:
     """Ask both ways at some directions, twice; the scene has one Kd."""
     rng = np.random.default_rng(0)
     theta = np.arcsin(np.sqrt(rng.uniform(0, 0.99, (2, _PROBES))))
     i, o = direction(theta, rng.uniform(0, 2 * np.pi, (2, _PROBES)))
-    forth, again, back = (candidate.evaluate(*pair, scene) for pair in ((i, o), (i, o), (o, i)))
+    forth, again, back = (brdf.evaluate(*pair, scene) for pair in ((i, o), (i, o), (o, i)))
     broken = []
     for part, values in forth.items():
         if not np.array_equal(values, again[part]):
             raise InputError(
-                f"--model {candidate.name}: {part} f changes from call to call; must be "
+                f"--model {brdf.name}: {part} f changes from call to call; must be "
                 "deterministic: seed it, or give its mean"
             )
         size = np.maximum(values, back[part])

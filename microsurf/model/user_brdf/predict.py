@@ -1,4 +1,4 @@
-"""A candidate's lobes in the detector's bins: the same Dataset as every prediction."""
+"""A user BRDF's lobes in the detector's bins: the same Dataset as every prediction."""
 
 import time
 from itertools import product
@@ -14,7 +14,7 @@ from ...scene import Scene
 from ..directions import direction
 from ..prediction import prediction
 from .bin_integrals import integrate
-from .brdf import ALL, BODY, SPECULAR, Candidate
+from .brdf import ALL, BODY, SPECULAR, UserBrdf
 
 Array = NDArray[np.float64]
 
@@ -22,14 +22,14 @@ _REFUSED = 0.02
 """Relative error of a sum over values beyond which they are no function one can integrate."""
 
 
-def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
-    """Integrate a candidate over the bins, at the incidences of a scene of one Kd.
+def predict_user_brdf(brdf: UserBrdf, scene: Scene) -> xr.Dataset:
+    """Integrate a user BRDF over the bins, at the incidences of a scene of one Kd.
 
     Returns
     -------
     xarray.Dataset
         As `microsurf.results.datasets` describes, one realisation and order 1 alone; ``orders`` in
-        its attributes is "1", or "all" of a candidate that holds all orders and kinds
+        its attributes is "1", or "all" of a user BRDF that holds all orders and kinds
         together: all its light then stands under order 1 with no body event.
         ``relative_error[part, theta_i, phi_i]`` bounds the error of the albedo: of the
         quadrature, and of a table what leaving out every second of its θ_o and φ_o
@@ -50,8 +50,8 @@ def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
     names: tuple[str, ...] = ()
     errors, stray = [], 0.0
     for (t, theta), (p, phi) in product(enumerate(thetas), enumerate(phis)):
-        names, bins, error = _lobes(candidate, scene, *np.radians([theta, phi]))
-        _check(candidate, names, error, bins, (theta, phi))
+        names, bins, error = _lobes(brdf, scene, *np.radians([theta, phi]))
+        _check(brdf, names, error, bins, (theta, phi))
         flux[0, t, p, 0, 0] = bins[0]
         if len(names) == 2 and weight > 0:
             flux[0, t, p, 0, 1] = bins[1] / weight
@@ -63,7 +63,7 @@ def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
         "stray_body": stray,
         "seconds": time.perf_counter() - begin,
     }
-    predicted = prediction(scene, candidate.name, flux, attrs, orders=(1,))
+    predicted = prediction(scene, brdf.name, flux, attrs, orders=(1,))
     relative = np.array(errors).reshape(len(thetas), len(phis), len(names))
     return predicted.assign_coords(part=list(names)).assign(
         relative_error=(("theta_i", "phi_i", "part"), relative)
@@ -71,19 +71,19 @@ def predict_candidate(candidate: Candidate, scene: Scene) -> xr.Dataset:
 
 
 def _lobes(
-    candidate: Candidate, scene: Scene, theta: float, phi: float
+    brdf: UserBrdf, scene: Scene, theta: float, phi: float
 ) -> tuple[tuple[str, ...], Array, Array]:
     """Names of the parts, their energies by bin, and their relative errors."""
     i = direction(theta, phi)
 
-    def values(which: Candidate, o: Array) -> Array:
+    def values(which: UserBrdf, o: Array) -> Array:
         found = which.evaluate(np.broadcast_to(i, o.shape), o, scene)
         return np.stack(list(found.values()))
 
-    bins, error = integrate(lambda o: values(candidate, o), theta, phi)
+    bins, error = integrate(lambda o: values(brdf, o), theta, phi)
     names = (ALL,) if len(bins) == 1 else (SPECULAR, BODY)
-    if candidate.table is not None:
-        halved = Candidate(candidate.name, candidate.table.coarser())
+    if brdf.table is not None:
+        halved = UserBrdf(brdf.name, brdf.table.coarser())
         coarse, _ = integrate(lambda o: values(halved, o), theta, phi)
         total, other = (b.sum(axis=(1, 2)) for b in (bins, coarse))
         error = error + np.abs(total - other) / np.where(total > 0, total, 1.0)
@@ -91,14 +91,14 @@ def _lobes(
 
 
 def _check(
-    candidate: Candidate, names: tuple[str, ...], error: Array, bins: Array,
+    brdf: UserBrdf, names: tuple[str, ...], error: Array, bins: Array,
     angles: tuple[float, float],
 ) -> None:  # fmt: skip
     """Refuse what its values do not determine."""
     for name, off, lobe in zip(names, error, bins, strict=True):
-        if off > _REFUSED and lobe.sum() > 0 and candidate.table is None:
+        if off > _REFUSED and lobe.sum() > 0 and brdf.table is None:
             raise InputError(
-                f"--model {candidate.name}: {name} f at θ_i = {angles[0]:g}, φ_i = {angles[1]:g} "
+                f"--model {brdf.name}: {name} f at θ_i = {angles[0]:g}, φ_i = {angles[1]:g} "
                 f"can't be integrated: two rules differ by {off:.1%}, {_REFUSED:.0%} are allowed; "
                 "it must be a smooth function, without spikes or noise"
             )

@@ -28,7 +28,7 @@ _WANTED = ",".join(ANGLES) + " and f (or f_specular,f_body)"
 
 @dataclass(frozen=True)
 class Table:
-    """Values on a grid; called like any candidate.
+    """Values on a grid; called like any user BRDF.
 
     Attributes
     ----------

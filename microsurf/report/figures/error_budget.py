@@ -11,7 +11,7 @@ from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figur
 
 PANELS = {"order-1 specular": "order-1 specular", "order-1 body": "order-1 body", "total": "total"}
 _STYLE = {
-    "law": ("#CC79A7", "xx", "the model's own law"),
+    "model": ("#CC79A7", "xx", "the model itself"),
     "slopes": (ORANGE, "", "slopes a mesh holds"),
     "mesh": ("#56B4E9", "..", "mesh"),
     "losses": (GREY, "", "light lost"),

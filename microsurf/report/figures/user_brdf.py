@@ -1,4 +1,4 @@
-"""A candidate's lobes beside the theory's and the measured ones, in the plane of incidence."""
+"""A user BRDF's lobes beside the theory's and the measured ones, in the plane of incidence."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -26,16 +26,16 @@ _DARK = 1e-4
 def rows(entry: Validation) -> list[Row]:
     """Numbers of `figure`: mean BRDF of the bins in sr⁻¹ at the first Kd and φ_i.
 
-    ``half_width`` is that of the 95 % band of what was measured. Empty without a candidate.
+    ``half_width`` is that of the 95 % band of what was measured. Empty without a user BRDF.
     """
     return list(_rows(entry))
 
 
 def _rows(entry: Validation) -> Iterator[Row]:
-    if entry.trial is None:
+    if entry.user_brdf is None:
         return
-    kd, own = next(iter(entry.trial.predicted.items()))
-    names = list(dict.fromkeys(lobe.quantity for lobe in entry.trial.lobes))
+    kd, own = next(iter(entry.user_brdf.predicted.items()))
+    names = list(dict.fromkeys(lobe.quantity for lobe in entry.user_brdf.lobes))
     for t, theta in enumerate(entry.scene.light.theta):
         place = {"theta_i": t, "phi_i": 0}
         three = [
@@ -43,7 +43,7 @@ def _rows(entry: Validation) -> Iterator[Row]:
             for dataset in (entry.measured, own, theory_of(entry, names[0]) if names else own)
         ]
         for name in names:
-            measured, candidate, theory = (
+            measured, user_brdf, theory = (
                 density.sum(("order", "kind"))
                 if name == "total"
                 else density.sel(order=1, kind=name)
@@ -60,13 +60,13 @@ def _rows(entry: Validation) -> Iterator[Row]:
                     "theta_o_deg": float(theta_o),
                     "measured_per_sr": float(measured.mean("realisation")[k]),
                     "half_width_per_sr": float(band[k]),
-                    "candidate_per_sr": float(candidate[0, k]),
+                    "user_brdf_per_sr": float(user_brdf[0, k]),
                     "theory_per_sr": float(theory[0, k]),
                 }
 
 
 def figure(entry: Validation) -> Figure:
-    """Draw measured (points, 95 % bands), theory (lines) and candidate (dashes), log scale."""
+    """Draw measured (points, 95 % bands), theory (lines) and user BRDF (dashes), log scale."""
     found = rows(entry)
     names = list(dict.fromkeys(row["quantity"] for row in found))
     thetas = list(dict.fromkeys(row["theta_i_deg"] for row in found))
@@ -95,7 +95,7 @@ def _lobe(panel: Axes, name: str, found: list[Row]) -> None:
     theta, measured, half, own, theory = (
         np.array([row[key] for row in found])
         for key in (
-            "theta_o_deg", "measured_per_sr", "half_width_per_sr", "candidate_per_sr",
+            "theta_o_deg", "measured_per_sr", "half_width_per_sr", "user_brdf_per_sr",
             "theory_per_sr",
         )
     )  # fmt: skip
@@ -113,7 +113,7 @@ def _lobe(panel: Axes, name: str, found: list[Row]) -> None:
     panel.plot(theta, np.where(theory > 0, theory, np.nan), color=colour, label="theory")
     panel.plot(
         theta, np.where(own > 0, own, np.nan), color="#009E73", linestyle="--", linewidth=1.8,
-        label="candidate",
+        label="user BRDF",
     )  # fmt: skip
     bottom = float(min(measured[measured > 0].min(initial=top), theory.min()))
     panel.set(yscale="log", xlim=(-90, 90), ylim=(max(bottom / 2, floor), top * 2))

@@ -58,7 +58,7 @@ def test_terms_add_up_to_measured_less_predicted(made):
     )
     rows = assemble.rows(found)
     assert {row["term"] for row in rows} == {
-        "law", "slopes", "losses", "masking", "multiple", "noise",
+        "model", "slopes", "losses", "masking", "multiple", "noise",
     }  # fmt: skip
     figure = error_budget.figure(rows)
     assert len(figure.axes) == 3
@@ -87,7 +87,7 @@ def test_a_capped_tracer_is_multiple_scattering(made):
         assert share(before, after, quantity, "multiple")[0] == pytest.approx(1)
 
 
-@pytest.mark.parametrize(("kind", "term"), [("r_i", "law"), ("cap", "multiple")])
+@pytest.mark.parametrize(("kind", "term"), [("r_i", "model"), ("cap", "multiple")])
 def test_a_fault_of_the_model_is_in_its_own_term(made, kind, term):
     """Body light 2 % too weak at every event is law; a walk capped at two events is multiple."""
     surfaces, measured, predicted = made

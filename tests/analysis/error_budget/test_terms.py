@@ -58,7 +58,7 @@ def test_each_defect_has_its_term():
         (slopes, FIRST[0], "slopes"),
         (masking, FIRST[0], "masking"),
         (multiple, "order 4+", "multiple"),
-        (law, FIRST[1], "law"),
+        (law, FIRST[1], "model"),
     ):
         assert largest(found[q]) == term
         others = [abs(t.value) for name, t in found[q].items() if name != term]

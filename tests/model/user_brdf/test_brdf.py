@@ -7,7 +7,7 @@ import pytest
 
 from microsurf import model
 from microsurf.errors import InputError
-from microsurf.model import Candidate, examine, load_candidate, predict_candidate
+from microsurf.model import UserBrdf, examine, load_user_brdf, predict_user_brdf
 from microsurf.results import datasets
 from microsurf.scene import Light, Material, Roughness, Scene
 
@@ -22,7 +22,7 @@ def lambert(i, o):
 
 def told(scene=SCENE, function=lambert, **more):
     with pytest.raises(InputError) as caught:
-        examine(Candidate("own:f", function, **more), scene)
+        examine(UserBrdf("own:f", function, **more), scene)
     text = str(caught.value)
     assert "\n" not in text
     return text
@@ -67,10 +67,10 @@ def test_what_changes_from_call_to_call_is_refused():
 
 
 def test_what_is_not_reciprocal_is_said_with_the_place():
-    (line,) = examine(Candidate("own:f", lambda i, _: i[:, 2]), SCENE)
+    (line,) = examine(UserBrdf("own:f", lambda i, _: i[:, 2]), SCENE)
     assert line.startswith("reciprocity: all f(i, o) = ")
-    assert examine(Candidate("own:f", lambda i, o: i[:, 2] + o[:, 2]), SCENE) == []
-    assert examine(Candidate("own:f", SMITH.evaluate), SCENE) == []
+    assert examine(UserBrdf("own:f", lambda i, o: i[:, 2] + o[:, 2]), SCENE) == []
+    assert examine(UserBrdf("own:f", SMITH.evaluate), SCENE) == []
 
 
 def test_a_mirror_has_no_values():
@@ -89,7 +89,7 @@ def test_it_is_given_the_scene_if_it_asks():
 
     several = Scene(material=Material(1.5, (0.2, 0.8)))
     assert "knows no Kd" in told(several)
-    examine(Candidate("own:f", f, takes_scene=True), several)
+    examine(UserBrdf("own:f", f, takes_scene=True), several)
     assert set(seen) == {(0.2,), (0.8,)}
 
 
@@ -99,8 +99,8 @@ def test_it_may_work_in_place_and_print_without_harm(capsys):
         o *= 0.0
         return np.full(len(i), 0.1)
 
-    assert examine(Candidate("own:f", f), SCENE) == []
-    bins = predict_candidate(Candidate("own:f", f), SCENE).flux.sum(("theta_o", "phi_o"))
+    assert examine(UserBrdf("own:f", f), SCENE) == []
+    bins = predict_user_brdf(UserBrdf("own:f", f), SCENE).flux.sum(("theta_o", "phi_o"))
     np.testing.assert_allclose(bins[0, :, 0, 0, 0], 0.1 * np.pi, rtol=1e-10)
     assert capsys.readouterr().out == ""
 
@@ -122,10 +122,10 @@ def package(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("package")
 def test_callables_are_found_from_here():
-    found = load_candidate("own_thing:f")
+    found = load_user_brdf("own_thing:f")
     assert found.takes_scene
     assert found.table is None
-    assert load_candidate("own_thing:A.b").function is found.function
+    assert load_user_brdf("own_thing:A.b").function is found.function
 
 
 @pytest.mark.usefixtures("package")
@@ -147,14 +147,14 @@ def test_callables_are_found_from_here():
 )
 def test_what_is_not_found_is_one_line(name, words):
     with pytest.raises(InputError) as caught:
-        load_candidate(name)
+        load_user_brdf(name)
     assert words in str(caught.value)
     assert name in str(caught.value)
 
 
 def test_a_pair_is_order_1_like_every_prediction():
-    """A model of ours put in as a candidate gives its own bins; body at unit weight."""
-    own = predict_candidate(Candidate("own:f", SMITH.evaluate), ONE)
+    """A model of ours put in as a user BRDF gives its own bins; body at unit weight."""
+    own = predict_user_brdf(UserBrdf("own:f", SMITH.evaluate), ONE)
     ours = model.predict(ONE, "approximate")
     assert own.flux.dims == ours.flux.dims
     assert own.attrs["orders"] == "1"
@@ -168,7 +168,7 @@ def test_a_pair_is_order_1_like_every_prediction():
 
 
 def test_one_array_is_all_orders():
-    own = predict_candidate(Candidate("own:f", lambert), SCENE)
+    own = predict_user_brdf(UserBrdf("own:f", lambert), SCENE)
     assert own.attrs["orders"] == "all"
     np.testing.assert_allclose(datasets.hemispherical(own.flux).sum("body_events"), 0.5, rtol=1e-10)
 
@@ -180,10 +180,10 @@ def test_what_no_sum_holds_is_refused():
         return np.modf(np.abs(np.sin(o @ [12.9898, 78.233, 37.719] + i[:, 2]) * 43758.5453))[0] ** 8
 
     with pytest.raises(InputError, match="can't be integrated"):
-        predict_candidate(Candidate("own:f", noise), ONE)
+        predict_user_brdf(UserBrdf("own:f", noise), ONE)
 
 
 def test_a_body_part_without_a_substrate_is_told():
     black = Scene(material=Material(1.5, (0.0,)), light=Light((20.0,)))
-    own = predict_candidate(Candidate("own:f", lambda i, o: (lambert(i, o), lambert(i, o))), black)
+    own = predict_user_brdf(UserBrdf("own:f", lambda i, o: (lambert(i, o), lambert(i, o))), black)
     assert own.attrs["stray_body"] > 0.1

@@ -7,7 +7,7 @@ import pytest
 
 from microsurf import model
 from microsurf.errors import InputError
-from microsurf.model import load_candidate, predict_candidate
+from microsurf.model import load_user_brdf, predict_user_brdf
 from microsurf.scene import Light, Material, Roughness, Scene
 
 HEAD = "theta_i,phi_i,theta_o,phi_o,f"
@@ -22,7 +22,7 @@ def rows(theta_i=(20, 60), phi_i=(0,), theta_o=THETA_O, phi_o=PHI_O, f=lambda *_
 
 def write(path, lines, head=HEAD):
     path.write_text("\n".join([head, *lines]) + "\n")
-    return load_candidate(str(path))
+    return load_user_brdf(str(path))
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_a_table_of_a_lobe_is_that_lobe_within_its_stated_error(file):
     f, _ = brdf.evaluate(model.direction(t, p), model.direction(u, q))
     lines = [",".join(map(repr, map(float, (*row, v, 0)))) for row, v in zip(grid, f, strict=True)]
     own = write(file, lines, "theta_i,phi_i,theta_o,phi_o,f_specular,f_body")
-    predicted = predict_candidate(own, scene)
+    predicted = predict_user_brdf(own, scene)
     albedo = float(predicted.flux[0, 0, 0, 0, 0].sum())
     exact = float(model.predict(scene, "smith").flux.sum())
     stated = float(predicted.relative_error[0, 0, 0])
@@ -105,7 +105,7 @@ def test_what_is_no_table_is_one_line(file, lines, head, words):
 def test_bytes_that_are_no_text_are_one_line(file):
     file.write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(InputError, match="not a CSV"):
-        load_candidate(str(file))
+        load_user_brdf(str(file))
 
 
 def test_incidence_is_not_interpolated(file):

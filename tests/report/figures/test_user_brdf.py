@@ -1,10 +1,10 @@
-"""The candidate's figure draws the numbers it gives."""
+"""The user BRDF's figure draws the numbers it gives."""
 
 import numpy as np
 import pytest
 
 from microsurf.analysis import validate, validate_user_brdf
-from microsurf.model import Candidate
+from microsurf.model import UserBrdf
 from microsurf.report.figures import user_brdf
 from microsurf.results import detector
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
@@ -19,7 +19,7 @@ SCENE = Scene(
 
 @pytest.fixture(scope="module")
 def entry():
-    own = Candidate("own:f", lambda _, o: (np.zeros(len(o)), np.full(len(o), 0.1)))
+    own = UserBrdf("own:f", lambda _, o: (np.zeros(len(o)), np.full(len(o), 0.1)))
     return validate_user_brdf.judge(validate.validate_scene("s", SCENE), own, [])
 
 
@@ -27,7 +27,7 @@ def test_numbers_are_those_of_the_lobes(entry):
     rows = user_brdf.rows(entry)
     assert {row["quantity"] for row in rows} == {"body"}
     assert len(rows) == 2 * (2 * detector.RINGS - 1)
-    np.testing.assert_allclose([row["candidate_per_sr"] for row in rows], 0.1, rtol=1e-9)
+    np.testing.assert_allclose([row["user_brdf_per_sr"] for row in rows], 0.1, rtol=1e-9)
     assert all(row["half_width_per_sr"] >= 0 < row["theory_per_sr"] for row in rows)
 
 
@@ -36,12 +36,12 @@ def test_the_figure_draws_them(entry):
     panels = [p for p in drawn.axes if p.get_title()]
     assert len(panels) == 2
     lines = {line.get_label(): line for line in panels[0].lines}
-    assert set(lines) == {"measured, 95 % band", "theory", "candidate"}
+    assert set(lines) == {"measured, 95 % band", "theory", "user BRDF"}
     rows = [r for r in user_brdf.rows(entry) if r["theta_i_deg"] == 20]
     np.testing.assert_array_equal(
         lines["theory"].get_ydata(), [row["theory_per_sr"] for row in rows]
     )
 
 
-def test_without_a_candidate_there_are_no_numbers():
+def test_without_a_user_brdf_there_are_no_numbers():
     assert user_brdf.rows(validate.validate_scene("s", SCENE)) == []
