@@ -2,10 +2,11 @@
 
 From a periodic Gaussian field, or a function of one (`structures`), repeat: (1) take
 the slopes of the facets; (2) rank them by ρ = |(p/σ_x, q/σ_y)| and rescale each,
-direction kept, to the STD quantile (k+½)/N of its rank k; (3) project back onto
-integrable fields: the heights whose finite differences are nearest in the least-squares sense. Each
-edge of the grid is a side of exactly two facets, so all edges weigh the same,
-and the normal equations are diagonal in the discrete Fourier transform.
+direction kept, to the STD quantile (k+½)/N of its rank k, which a histogram tells; (3)
+project back onto integrable fields: the heights whose finite differences are nearest in
+the least-squares sense. Each edge of the grid is a side of exactly two facets, so all
+edges weigh the same, and the normal equations are Poisson's: diagonal in the discrete
+Fourier transform.
 
 From the field itself heights and slopes stay nearly independent, which is what Smith
 masking assumes: structure ``"independent"``. From a function of it steepness keeps its
@@ -25,15 +26,16 @@ from .. import __version__, memory
 from ..errors import InputError
 from ..physics import student_t
 from ..scene import MAX_CELLS, STRUCTURES
+from . import rank_kernels
 from .gaussian_field import gaussian_field
 from .heightfield import Heightfield, check_spacing
-from .statistics import ks_distance
 from .structures import impose
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 ITERATIONS = 10
-"""At 1024² cells KS is then 1e−5 (γ = ∞) to 2e−4 (γ = 1.75)."""
+"""At 1024² cells KS is then 2e−5 (γ = ∞) to 2e−4 (γ = 1.75)."""
 
 MAX_SIGMA = 1000.0
 """Largest roughness, as in a scene."""
@@ -201,62 +203,70 @@ def _alternate(
     heights: Array, gamma: float, ratio_x: float, ratio_y: float, iterations: int
 ) -> tuple[Array, int]:
     """Return the heights of smallest KS distance and the number of iterations they took."""
-    rows, columns = heights.shape
-    count = 2 * heights.size
-    target = student_t.slope_quantile((np.arange(count) + 0.5) / count, gamma)
-    step_x = (np.exp(2j * np.pi * fft.rfftfreq(columns)) - 1) / ratio_x
-    step_y = (np.exp(2j * np.pi * fft.fftfreq(rows))[:, None] - 1) / ratio_y
-    laplacian = np.abs(step_x) ** 2 + np.abs(step_y) ** 2
-    laplacian[0, 0] = 1.0  # the mean height is free: zero
-    p, q = np.empty((2, 2, rows, columns))
+    to_x, to_y = 1 / ratio_x, 1 / ratio_y
+    # The field has no scale of its own: give it the target's median.
+    heights = heights * (student_t.slope_quantile(0.5, gamma) / _median(heights, to_x, to_y))
     best, best_ks, best_at = heights, np.inf, 0
     for iteration in range(iterations + 1):
-        _fill_slopes(heights, ratio_x, ratio_y, p, q)
-        rho = np.sqrt(p**2 + q**2).ravel()
-        order = np.argsort(rho)
-        rho = rho[order]
-        if iteration == 0:
-            # The field has no scale of its own: give it the target's median.
-            scale = target[count // 2] / rho[count // 2]
-            rho *= scale
-            p *= scale
-            q *= scale
-            heights = best = heights * scale
-        ks = ks_distance(rho, gamma)
+        bins, ranks = _histogram(heights, to_x, to_y)
+        edges = np.sqrt(rank_kernels.lower_edges(bins))
+        ks = np.abs(student_t.slope_cdf(edges, gamma) - ranks[:-1] / ranks[-1]).max()
         if ks < best_ks or iteration == 1:  # the field itself has no tail, whatever its KS
             best, best_ks, best_at = heights, ks, iteration
         if iteration == iterations:
             break
-        factor = np.empty(count)
-        # A facet without slope has no direction to keep: it stays as it is.
-        factor[order] = np.divide(target, rho, out=np.zeros(count), where=rho > 0)
-        del rho, order
-        p *= factor.reshape(p.shape)
-        q *= factor.reshape(q.shape)
-        heights = _integrate(p, q, step_x, step_y, laplacian)
+        targets = _targets(bins, ranks, gamma)
+        heights = _project(heights, to_x, to_y, targets)
     return best, best_at
 
 
-def _fill_slopes(heights: Array, ratio_x: float, ratio_y: float, p: Array, q: Array) -> None:
-    """Write the facet slopes (p/σ_x, q/σ_y) of a periodic grid, ordered as `facet_slopes`."""
-    p[0] = (np.roll(heights, -1, axis=1) - heights) / ratio_x
-    q[1] = (np.roll(heights, -1, axis=0) - heights) / ratio_y
-    p[1] = np.roll(p[0], -1, axis=0)
-    q[0] = np.roll(q[1], -1, axis=1)
+def _median(heights: Array, to_x: float, to_y: float) -> float:
+    """Median of the facets' ρ."""
+    squares = np.empty((2, *heights.shape))
+    rank_kernels.fill_squares(heights, to_x, to_y, squares)
+    flat = squares.ravel()
+    flat.partition(heights.size)
+    return float(np.sqrt(flat[heights.size]))
 
 
-def _integrate(p: Array, q: Array, step_x: Array, step_y: Array, laplacian: Array) -> Array:
-    """Heights nearest to the facet slopes (p/σ_x, q/σ_y); each edge takes its two facets' mean."""
-    edge_x = p[0] + np.roll(p[1], 1, axis=0)
-    edge_x *= 0.5
-    spectrum = fft.rfft2(edge_x, workers=memory.cores())
-    del edge_x
-    spectrum *= np.conj(step_x)
-    edge_y = q[1] + np.roll(q[0], 1, axis=1)
-    edge_y *= 0.5
-    other = fft.rfft2(edge_y, workers=memory.cores())
-    del edge_y
-    other *= np.conj(step_y)
-    spectrum += other
-    spectrum /= laplacian
-    return np.asarray(fft.irfft2(spectrum, p.shape[1:], workers=memory.cores(), overwrite_x=True))
+def _histogram(heights: Array, to_x: float, to_y: float) -> tuple[Integers, Integers]:
+    """Return the bins of ρ² that hold facets, and how many facets lie below each, and in all."""
+    # No facet is steeper than the whole range of heights across a cell.
+    steepest = np.ptp(heights) ** 2 * (to_x**2 + to_y**2)
+    counts = np.zeros(rank_kernels.bins_up_to(steepest) + 1, dtype=np.int64)
+    rank_kernels.count_facets(heights, to_x, to_y, counts)
+    bins = np.flatnonzero(counts)
+    return bins, np.concatenate([[0], np.cumsum(counts[bins])])
+
+
+def _targets(bins: Integers, ranks: Integers, gamma: float) -> Array:
+    """Return the squared quantiles of `scaled_divergence` for bins and ranks of `_histogram`.
+
+    The facets of a bin take the quantiles of its first to its last rank, evenly.
+    """
+    count = ranks[-1]
+    first = ranks + 0.5
+    first[-1] -= 1  # the last facet's: beyond it is nothing
+    squares = student_t.slope_quantile(first / count, gamma) ** 2
+    inside = np.diff(ranks) - 1
+    rises = np.diff(squares) * (inside / np.maximum(np.diff(first), 1))
+    targets = np.zeros((bins[-1] + 1, 2))
+    targets[bins, 0], targets[bins, 1] = squares[:-1], rises / rank_kernels.INSIDE
+    return targets
+
+
+def _project(heights: Array, to_x: float, to_y: float, targets: Array) -> Array:
+    """Return the heights nearest to the facets' slopes once these are rescaled: Poisson's equation.
+
+    Differences along an axis have the squared spectrum 4 sin²(k/2).
+    """
+    rows, columns = heights.shape
+    divergence, scratch = np.empty_like(heights), np.empty((2, columns))
+    rank_kernels.scaled_divergence(heights, to_x, to_y, targets, scratch, divergence)
+    spectrum = fft.rfft2(divergence, workers=memory.cores())
+    rank_kernels.divide_by_laplacian(
+        spectrum.view(np.float64),
+        (2 * to_x * np.sin(np.pi * fft.rfftfreq(columns))) ** 2,
+        (2 * to_y * np.sin(np.pi * fft.fftfreq(rows))) ** 2,
+    )
+    return np.asarray(fft.irfft2(spectrum, heights.shape, workers=memory.cores(), overwrite_x=True))
