@@ -16,8 +16,8 @@ _PROC, _CGROUP = Path("/proc"), Path("/sys/fs/cgroup")
 TRACE_BYTES_PER_CELL = 500
 """Peak of synthesis, triangles and Embree's tree together (measured at 1024²: 330 to 420)."""
 
-SURFACE_BYTES_PER_CELL = 300
-"""Peak of synthesis alone."""
+SURFACE_BYTES_PER_CELL = 250
+"""Peak of a surface made, described and written (measured: 195; of synthesis alone 52)."""
 
 BYTES_PER_LOBE = 5_000_000
 """Peak of a lobe's bins, its tally's and their sums' (of 200 at n = 1.5: 3.1e6, Kd = 1: 4.8e6)."""
