@@ -1,0 +1,1 @@
+"""A measured BRDF fitted with microfacets."""

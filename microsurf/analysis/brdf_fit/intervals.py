@@ -1,0 +1,72 @@
+"""Intervals of a fit by resampling incidences: the delete-one jackknife over groups.
+
+Residuals of pairs at one incidence share what is wrong with the model there, so one
+incidence is one observation (Quenouille and Tukey's jackknife; Efron and Stein, Annals of
+Statistics 9(3), 1981: its variance is not too small in the mean). Each group of incidences
+is left out in turn and the fit follows from where it was; Student's t with one less degree
+of freedom than there are groups gives 95 %. The pairs left out judge the fit that did not
+see them: that is cross-validation for nothing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from .nearby import follow
+from .solve import Question, Solution, evaluate
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+
+
+class Resampled(NamedTuple):
+    """Fits that left out one group of incidences each.
+
+    vectors, shape (groups, parameters); channels, shape (groups, channels[, 2]); squares :
+    sum of squared logarithmic residuals of each group by the fit without it, and counts :
+    of how many values.
+    """
+
+    vectors: Array
+    channels: Array
+    squares: Array
+    counts: Array
+
+    @property
+    def log_rms(self) -> float:
+        """Root mean square over all pairs, each as a fit that never saw its incidence has it."""
+        return float(np.sqrt(self.squares.sum() / self.counts.sum()))
+
+
+def resample(question: Question, solution: Solution) -> Resampled:
+    """Fit again without each group of incidences."""
+    groups = question.problem.groups
+    vectors, channels, squares, counts = [], [], [], []
+    for group in np.unique(groups):
+        out = groups == group
+        fit = follow(question.select(~out), solution)
+        left_out = question.select(out)
+        squares.append(np.sum(evaluate(left_out, fit.vector, fit.channel) ** 2))
+        counts.append(np.count_nonzero(left_out.problem.known))
+        vectors.append(fit.vector)
+        channels.append(fit.channel)
+    return Resampled(np.array(vectors), np.array(channels), np.array(squares), np.array(counts))
+
+
+def half_width(without: Array) -> Array:
+    """Half of the 95 % interval of estimates made without each group, along the first axis."""
+    groups = len(without)
+    spread = np.sum((without - without.mean(axis=0)) ** 2, axis=0)
+    error = np.sqrt(spread * (groups - 1) / groups)
+    return np.asarray(stats.t.ppf((1 + CONFIDENCE) / 2, groups - 1) * error)
+
+
+def interval(
+    value: float, without: Array, low: float = -np.inf, high: float = np.inf
+) -> tuple[float, float]:
+    """95 % interval of one number, cut to where it may lie."""
+    half = float(half_width(without))
+    return max(low, value - half), min(high, value + half)

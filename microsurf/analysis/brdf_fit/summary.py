@@ -1,0 +1,137 @@
+"""The numbers of a fit by name, for JSON and for people."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from ...scene import BECKMANN
+from .fit import BrdfFit, Fitted
+from .intervals import half_width, interval
+from .later_orders import kd_of
+from .parameters import MOST_ETA, gamma_of
+from .verdict import NARROW
+
+
+def figures(fit: BrdfFit) -> dict[str, Any]:
+    """Return the keys of ``microsurf fit --json`` for a BRDF.
+
+    γ of Beckmann, ∞, is given as 1e9, as in a scene.
+    """
+    measured, best = fit.measured, fit.best
+    values: dict[str, Any] = {
+        "kind": "brdf",
+        "material": fit.material,
+        **_known(parameters(best), fit.verdict),
+        "log_rms": best.solution.rms,
+        "held_out_theta_i": list(fit.held_out),
+        "held_out_log_rms": dict(fit.held_out_log_rms),
+        "left_out_log_rms": {
+            **{name: other.resampled.log_rms for name, other in fit.others.items()},
+            "std": fit.one_order.resampled.log_rms,
+        },
+        "evidence": {
+            name: {"gain": row.gain, "p": row.p, "better": row.better, "of": row.of}
+            for name, row in fit.evidence.items()
+        },
+        "verdict": fit.verdict,
+        "reason": fit.reason,
+        "distributions": {
+            name: {**parameters(other), "log_rms": other.solution.rms}
+            for name, other in {**fit.others, "std": fit.one_order}.items()
+        },
+        "orders": "all" if fit.all_orders else "1",
+    }
+    if fit.all_orders:
+        values["one_order"] = values["distributions"]["std"]
+        values["held_out_log_rms_all_orders"] = fit.held_out_all_orders
+        values["rounds"] = fit.rounds
+    solution = fit.one_order.solution
+    return {
+        **values,
+        "starts": solution.starts,
+        "refined": solution.refined,
+        "agreeing": solution.agreeing,
+        "aperture": fit.aperture,
+        "zones": [asdict(zone) for zone in fit.zones],
+        "pairs": measured.pairs,
+        "incidences": int(np.unique(best.question.problem.groups).size),
+        "channels": list(measured.channels),
+        "wavelengths": list(measured.wavelengths),
+        "reader": measured.reader,
+        "source": measured.source,
+        "remarks": list(measured.remarks),
+    }
+
+
+def _known(values: dict[str, Any], verdict: str) -> dict[str, Any]:
+    """Parameters, but none of a lobe that was not resolved."""
+    if verdict != NARROW:
+        return values
+    lobe = ("gamma", "sigma", "azimuth")
+    return {name: None if name.startswith(lobe) else value for name, value in values.items()}
+
+
+def parameters(fit: Fitted) -> dict[str, Any]:
+    """Parameters of one fit, each with its 95 % interval."""
+    layout, solution = fit.question.layout, fit.solution
+    place = {name: k for k, name in enumerate(layout.names)}
+    without = fit.resampled.vectors
+    of = layout.values(solution.vector)
+    shape = layout.shape(solution.vector)
+    shapes = [layout.shape(vector) for vector in without]
+    found: dict[str, Any] = {"gamma": min(shape.gamma, BECKMANN)}
+    if "eta" in place:
+        low, high = interval(of["eta"], without[:, place["eta"]], 0.0, MOST_ETA)
+        found["gamma_ci"] = [min(gamma_of(high), BECKMANN), min(gamma_of(low), BECKMANN)]
+    for axis in ("sigma",) if layout.isotropic else ("sigma_x", "sigma_y"):
+        name = "sigma_x" if axis == "sigma" else axis
+        logs = np.log([getattr(s, name) for s in shapes])
+        half = float(half_width(logs))
+        sigma = getattr(shape, name)
+        found[axis] = sigma
+        found[f"{axis}_ci"] = [float(sigma * np.exp(-half)), float(sigma * np.exp(half))]
+    if not layout.isotropic:
+        turns = np.degrees(shape.azimuth + _halfway([s.azimuth - shape.azimuth for s in shapes]))
+        half = min(float(half_width(turns)), 90.0)
+        azimuth = float(np.degrees(shape.azimuth))
+        found["azimuth"] = azimuth
+        found["azimuth_ci"] = [azimuth - half, azimuth + half]
+        found["sigma"] = [found["sigma_x"], found["sigma_y"]]
+    for name in ("n", "k"):
+        if name in place:
+            found[name] = of[name]
+            found[f"{name}_ci"] = list(interval(of[name], without[:, place[name]], 0.0))
+    return {**found, **_by_channel(fit)}
+
+
+def _halfway(differences: list[float]) -> Any:
+    """Differences of axes, which repeat after half a turn, nearest to 0."""
+    return (np.asarray(differences) + np.pi / 2) % np.pi - np.pi / 2
+
+
+def _by_channel(fit: Fitted) -> dict[str, Any]:
+    channel, without = fit.solution.channel, fit.resampled.channels
+    if fit.question.material.body is None:
+        half = half_width(without)
+        return {name: channel[:, k].tolist() for k, name in enumerate(("n", "k"))} | {
+            f"{name}_ci": np.stack(
+                [np.maximum(channel[:, k] - half[:, k], 0), channel[:, k] + half[:, k]], axis=1
+            ).tolist()
+            for k, name in enumerate(("n", "k"))
+        }
+    if "k" in fit.question.layout.names:
+        kd, others = channel, without
+    else:
+        # Kd belongs to the weight w at the index of the same fit.
+        at = fit.question.layout.names.index("n")
+        kd = np.array([kd_of(w, fit.solution.vector[at]) for w in channel])
+        others = np.array(
+            [
+                [kd_of(w, vector[at]) for w in row]
+                for row, vector in zip(without, fit.resampled.vectors, strict=True)
+            ]
+        )
+    half = half_width(others)
+    low, high = np.maximum(kd - half, 0), np.minimum(kd + half, 1)
+    return {"kd": kd.tolist(), "kd_ci": np.stack([low, high], axis=1).tolist()}

@@ -1,0 +1,112 @@
+"""What `microsurf fit` does with a measured BRDF."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..analysis.brdf_fit.fit import BrdfFit, fit_brdf
+from ..analysis.brdf_fit.held_out import HELD_OUT
+from ..analysis.brdf_fit.later_orders import WALKS
+from ..analysis.brdf_fit.scene_of import scene_of
+from ..analysis.brdf_fit.summary import figures
+from ..analysis.brdf_fit.verdict import MARGIN
+from ..files import check_writable, whole_file
+from ..report.figures import brdf_fit as drawn
+from ..report.figures.figure import DPI
+from ..results.measured_brdf import read_brdf, write_csv
+from ..scene.toml import to_toml
+from .output import check_ending
+
+FIGURES = (".png", ".pdf", ".svg")
+
+
+def fit_brdf_command(
+    path: Path,
+    *,
+    material: str = "interfaced-lambertian",
+    anisotropic: bool = False,
+    aperture: float | None = None,
+    orders: str = "all",
+    hold_out: tuple[float, ...] = HELD_OUT,
+    margin: float = MARGIN,
+    walks: int = WALKS,
+    seed: int = 0,
+    out: Path | None = None,
+    figure: Path | None = None,
+    pairs: Path | None = None,
+) -> dict[str, Any]:
+    """Fit a file and return the figures to print; see `analysis.brdf_fit.fit`.
+
+    ``out`` takes a scene (.toml), ``figure`` a picture, ``pairs`` the pairs as CSV. Nothing
+    is written if the fit fails.
+
+    Raises
+    ------
+    InputError
+        If the file or an option is not as it must be.
+
+    """
+    for wanted, endings in ((out, (".toml",)), (figure, FIGURES), (pairs, (".csv",))):
+        if wanted is not None:
+            check_ending(wanted, *endings)
+            check_writable(wanted)
+    begin = time.perf_counter()
+    measured = read_brdf(path)
+    fit = fit_brdf(
+        measured,
+        material,
+        isotropic=not anisotropic,
+        aperture=aperture,
+        orders=orders,
+        hold_out=hold_out,
+        margin=margin,
+        walks=walks,
+        seed=seed,
+    )
+    values = {**figures(fit), "seconds": time.perf_counter() - begin}
+    written = _write(fit, out, figure)
+    if pairs is not None:
+        write_csv(measured, pairs)
+        written.append(str(pairs))
+    return {**values, "files": written}
+
+
+def _write(fit: BrdfFit, out: Path | None, figure: Path | None) -> list[str]:
+    written = []
+    if out is not None:
+        text = to_toml(scene_of(fit))
+        with whole_file(out) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+        written.append(str(out))
+    if figure is not None:
+        with whole_file(figure) as temporary:
+            drawn.figure(fit).savefig(temporary, dpi=DPI)
+        written.append(str(figure))
+    return written
+
+
+def table(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the figures as people read them: no lists by channel or by zone."""
+    shown = {k: v for k, v in values.items() if k not in ("zones", "distributions", "one_order")}
+    for name in ("kd", "n", "k"):
+        if isinstance(values.get(name), list):
+            shown.pop(f"{name}_ci", None)
+            shown[name] = _range(values[name])
+    for name, other in values["distributions"].items():
+        sigma = other.get("sigma")
+        shown[f"{name}, order 1"] = (
+            f"γ {_number(other['gamma'])}, σ {_number(sigma)}, log rms {other['log_rms']:.3g}"
+        )
+    return shown
+
+
+def _range(values: list[float]) -> str:
+    return f"{np.min(values):.4g} … {np.max(values):.4g} ({len(values)} channels)"
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_number, value))
+    return "∞" if value >= 1e8 else f"{value:.4g}"
