@@ -67,30 +67,30 @@ class Judge:
         """Enter a test that decides for itself, at this level."""
         self.keeps(1.0, level)
 
-    def near(self, values, expected, errors, *, freedom=None, within=0.0, level=LEVEL):
+    def near(self, values, expected, errors, *, dof=None, within=0.0, level=LEVEL):
         """Assert that estimates are as expected, by their standard errors; all one family.
 
-        ``freedom`` is that of the errors if they are from few values, ``within`` what may
+        ``dof`` is that of the errors if they are from few values, ``within`` what may
         be between the two for another reason than chance.
         """
-        self.keeps(distant(values, expected, errors, freedom, within), level)
+        self.keeps(distant(values, expected, errors, dof, within), level)
 
     def catches(self, p_values, level=LEVEL):
         """Assert that the same comparison rejects a defect; costs no level."""
         found = hypothesis_tests.sidak(p_values)
         assert found <= level, f"not caught: p = {found:.2g} of a family of {np.size(p_values)}"
 
-    def tells(self, values, expected, errors, *, freedom=None, within=0.0, level=LEVEL):
+    def tells(self, values, expected, errors, *, dof=None, within=0.0, level=LEVEL):
         """Assert that estimates are told from what is wrong, as `near` would."""
-        self.catches(distant(values, expected, errors, freedom, within), level)
+        self.catches(distant(values, expected, errors, dof, within), level)
 
 
-def distant(values, expected, errors, freedom=None, within=0.0):
+def distant(values, expected, errors, dof=None, within=0.0):
     """p-values of estimates that may be off by ``within``: Student's t, or normal."""
     off = np.maximum(np.abs(np.subtract(values, expected)) - within, 0)
-    if freedom is None:
+    if dof is None:
         return hypothesis_tests.z_test(off, 0, errors)
-    return 2 * stats.t.sf(off / errors, freedom)
+    return 2 * stats.t.sf(off / errors, dof)
 
 
 def rate(count, runs, low, high=None):

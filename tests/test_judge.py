@@ -48,7 +48,7 @@ def test_it_asserts_at_the_level_of_the_family():
 
 def test_errors_from_few_values_and_what_may_differ():
     t = float(stats.t.isf(0.005, 3))
-    assert book.distant(1 + 2 * t, 1.0, 2.0, freedom=3) == pytest.approx(0.01)
+    assert book.distant(1 + 2 * t, 1.0, 2.0, dof=3) == pytest.approx(0.01)
     assert book.distant(1.3, 1.0, 0.1, within=0.2) == pytest.approx(2 * stats.norm.sf(1))
     assert book.distant(1.1, 1.0, 0.0, within=0.2) == 1
 

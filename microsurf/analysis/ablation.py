@@ -130,16 +130,16 @@ def _lobe(without: Draws, base: Draws) -> tuple[float, float, float]:
 
 
 def _scalar(quantity: str) -> Callable[[Draws, Draws], tuple[float, float, float]]:
-    def values(draws: Draws, spread: float) -> Array:
+    def values(draws: Draws, width: float) -> Array:
         if quantity == "albedo":
             return draws.albedo[:, 0]
-        cuts = peak.cut(draws.specular, spread)
+        cuts = peak.cut(draws.specular, width)
         height = pareto.pseudo_values(cuts, lambda cut: peak.figures(cut)[:1])
         return np.asarray(height[:, 0])
 
     def change(without: Draws, base: Draws) -> tuple[float, float, float]:
-        spread = peak.spread_of(base.specular.mean(axis=0)) if quantity == "peak" else 1.0
-        of, on = values(without, spread), values(base, spread)
+        width = peak.weight_width(base.specular.mean(axis=0)) if quantity == "peak" else 1.0
+        of, on = values(without, width), values(base, width)
         value = float(of.mean() / on.mean() - 1)
         # Of the ratio, to first order.
         rest = (of - of.mean() - (1 + value) * (on - on.mean())) / on.mean()

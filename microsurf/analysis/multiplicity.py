@@ -21,7 +21,7 @@ small tiles 4 % were measured (validation/calibration/verdict_rates.py)."""
 
 
 @dataclass(frozen=True)
-class Family:
+class Multiplicity:
     """The verdicts of a report together.
 
     Attributes
@@ -53,7 +53,7 @@ class Family:
     of_one_surface: int
 
 
-def family(rows: Sequence[Comparison]) -> Family:
+def multiplicity_of(rows: Sequence[Comparison]) -> Multiplicity:
     """Judge all comparisons of a report together; none is an empty family."""
     confidence = 1 - sidak_level(1 - CONFIDENCE, len(rows)) if rows else CONFIDENCE
     intervals = []
@@ -68,7 +68,7 @@ def family(rows: Sequence[Comparison]) -> Family:
         for row, interval in zip(rows, intervals, strict=True)
         if row.verdict != "undecided"
     ]
-    return Family(
+    return Multiplicity(
         comparisons=len(rows),
         decided=len(decided),
         error_rate=ERROR_RATE,

@@ -251,7 +251,7 @@ class _Wanted:
 
 
 def _wanted(
-    known: list[uncertainty.Known], asked: Accuracy, paths: int, *, single: bool
+    known: list[uncertainty.QuantityUncertainty], asked: Accuracy, paths: int, *, single: bool
 ) -> list[_Wanted]:
     """Totals as they are, lobes relative to themselves; a ``single`` surface has no others."""
     error = asked.standard_error or np.inf
@@ -260,9 +260,9 @@ def _wanted(
         lobe = row.quantity in uncertainty.LOBES
         if not lobe and row.quantity != "total":
             continue
-        size = row.spread.mean if lobe else 1.0
-        between = 0.0 if single else (row.spread.between / size) ** 2
-        within = (row.spread.within / size) ** 2
+        size = row.components.mean if lobe else 1.0
+        between = 0.0 if single else (row.components.between / size) ** 2
+        within = (row.components.within / size) ** 2
         wanted = (asked.lobe_error or error) if lobe else error
         rows.append(_Wanted(lobe, between, within * paths, wanted))
     return rows

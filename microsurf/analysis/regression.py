@@ -44,7 +44,7 @@ class Pair(NamedTuple):
 
     means: tuple[float, float]
     errors: tuple[float, float]
-    freedom: tuple[float, float]
+    dof: tuple[float, float]
 
 
 def read_report(path: Path) -> dict[str, Any]:
@@ -175,11 +175,11 @@ def _pair(old: dict[str, Any], new: dict[str, Any], figure: str) -> Pair:
     rows = (old, new)
     error = "standard_error" if figure == "measured" else "predicted_error"
     means, errors = (tuple(float(row[name]) for row in rows) for name in (figure, error))
-    freedom = tuple(_freedom(row["basis"]) if figure == "measured" else np.inf for row in rows)
-    return Pair(*(pair[:2] for pair in (means, errors, freedom)))  # type: ignore[arg-type]
+    dof = tuple(_dof(row["basis"]) if figure == "measured" else np.inf for row in rows)
+    return Pair(*(pair[:2] for pair in (means, errors, dof)))  # type: ignore[arg-type]
 
 
-def _freedom(basis: str) -> float:
+def _dof(basis: str) -> float:
     """Degrees of freedom of a standard error: surfaces − 1; many of rays on one surface."""
     surfaces = re.match(r"(\d+) surfaces", basis)
     return max(float(surfaces[1]) - 1, 1.0) if surfaces else np.inf
@@ -197,9 +197,9 @@ def _difference(pair: Pair) -> dict[str, Any]:
         p = 0.0 if abs(difference) > QUADRATURE * size else 1.0
     else:
         z = difference / error
-        spread = float((variances**2 / np.array(pair.freedom)).sum())
-        freedom = float(variances.sum()) ** 2 / spread if spread > 0 else np.inf
-        p = 2 * float(stats.t.sf(abs(z), freedom))
+        spread = float((variances**2 / np.array(pair.dof)).sum())
+        dof = float(variances.sum()) ** 2 / spread if spread > 0 else np.inf
+        p = 2 * float(stats.t.sf(abs(z), dof))
     return {
         "old": old,
         "new": new,

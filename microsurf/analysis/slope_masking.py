@@ -195,7 +195,7 @@ def _ratio(values: Array, over: Array) -> tuple[float, float]:
 def _smith(scene: Scene, theta: float, slopes: Array, numbers: Array) -> dict[str, float]:
     """Smith's G1, G2 and specular part of so many facets of these ρ at uniform azimuth."""
     rough, material = scene.roughness, scene.material
-    law = (rough.gamma, rough.sigma_x, rough.sigma_y)
+    slope_parameters = (rough.gamma, rough.sigma_x, rough.sigma_y)
     sides = scene.light.phi[: 1 if rough.isotropic else None]
     turn = 2 * np.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
     p = rough.sigma_x * np.outer(slopes, np.cos(turn))
@@ -207,8 +207,8 @@ def _smith(scene: Scene, theta: float, slopes: Array, numbers: Array) -> dict[st
         slant = np.maximum(i[2] - i[0] * p - i[1] * q, 0)
         cosine = np.clip(slant * m[..., 2], 0, 1)
         o = mirror(i, m)
-        g2 = np.where(slant > 0, smith.g2_height_correlated(i, o, *law), 0)
-        g1 = smith.g1(i, *law)
+        g2 = np.where(slant > 0, smith.g2_height_correlated(i, o, *slope_parameters), 0)
+        g1 = smith.g1(i, *slope_parameters)
         taken = slant / i[2]
         mirrored = reflectance(cosine, material.n, material.k)
         values = (taken, taken * g1, taken * g2, taken * g2 * mirrored)

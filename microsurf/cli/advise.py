@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from ..analysis.tradeoff.effort import EFFORTS
-from ..analysis.tradeoff.recommend import Advice, Judged, advise
+from ..analysis.tradeoff.recommend import Judged, Recommendation, advise
 from ..analysis.tradeoff.study import CHOICES
 from ..scene import toml
 from .options import PATH, allow_truncated_tail, as_json, check_tail, effort, seed
@@ -49,7 +49,7 @@ def advise_command(
     write("\n".join(_lines(found)))
 
 
-def _values(found: Advice) -> dict[str, Any]:
+def _values(found: Recommendation) -> dict[str, Any]:
     best = found.best
     return {
         "quantity": found.quantity,
@@ -87,7 +87,7 @@ def _row(one: Judged) -> dict[str, Any]:
     }
 
 
-def _lines(found: Advice) -> list[str]:
+def _lines(found: Recommendation) -> list[str]:
     reference = found.reference
     best = found.best
     if found.chosen:

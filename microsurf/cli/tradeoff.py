@@ -86,7 +86,7 @@ def _lines(found: Tradeoff) -> list[str]:
         f"{reference.text}: {known}",
         "seconds: of the processor, an angle; errors: the worst angle, with the rung's own noise",
     ]
-    width = max(len(run.rung.name) for run in found.runs)
+    width = max(len(run.method.name) for run in found.runs)
     table = rows(found)
     for name in found.points:
         unit, scale = ("degrees", 1) if name in ("position", "width") else ("%", 100)

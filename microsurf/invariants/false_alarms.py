@@ -24,11 +24,11 @@ def critical(comparisons: int) -> float:
     return float(stats.norm.isf(RATE / TESTS / comparisons / 2))
 
 
-def standardised(t: ArrayLike, freedom: ArrayLike) -> Array:
+def standardised(t: ArrayLike, dof: ArrayLike) -> Array:
     """The normal deviate as unlikely as Student's t of so many degrees of freedom."""
     t = np.asarray(t, float)
     with np.errstate(divide="ignore"):
-        size = -special.ndtri_exp(np.log(stats.t.sf(np.abs(t), freedom)))
+        size = -special.ndtri_exp(np.log(stats.t.sf(np.abs(t), dof)))
     return np.asarray(np.sign(t) * np.minimum(size, MOST))
 
 
@@ -45,9 +45,9 @@ def between(a: Array, b: Array) -> Array:
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
     both = _positive(of_a + of_b)
     share = of_a / both
-    freedom = 1 / (share**2 / (len(a) - 1) + (1 - share) ** 2 / (len(b) - 1))
+    dof = 1 / (share**2 / (len(a) - 1) + (1 - share) ** 2 / (len(b) - 1))
     error = np.hypot(np.sqrt(both), _ROUNDING * (np.abs(mean_a) + np.abs(mean_b)))
-    return standardised((mean_a - mean_b) / error, freedom)
+    return standardised((mean_a - mean_b) / error, dof)
 
 
 def _positive(values: Array) -> Array:

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 INDICES = (1.0, 1.33, 1.5, 2.4)
 THETAS = (0.0, 60.0, 89.0)
-LAWS = ((1.75, 0.5), (2.0, 0.5), (8.0, 1.0))
+SLOPES = ((1.75, 0.5), (2.0, 0.5), (8.0, 1.0))
 """γ and σ."""
 PATHS = 10_000
 WALKS = 20_000
@@ -46,9 +46,9 @@ def explicit_scenes() -> Iterator[Scene]:
         light=Light(THETAS),
         accuracy=Accuracy(PATHS),
     )
-    for n, (gamma, sigma) in product(INDICES, LAWS):
+    for n, (gamma, sigma) in product(INDICES, SLOPES):
         yield replace(base, material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)))
-    for gamma, sigma in LAWS:
+    for gamma, sigma in SLOPES:
         yield replace(base, material=MIRROR, roughness=Roughness(gamma, (sigma,)))
 
 
@@ -76,7 +76,7 @@ def traced(seed: int, workers: int | None) -> Invariant:
 def walked(seed: int, workers: int | None) -> Invariant:
     """Albedo of white walks."""
     gaps = []
-    for kind, n, (gamma, sigma) in product(("smith-walk", "vcavity-walk"), (1.0, 1.5), LAWS):
+    for kind, n, (gamma, sigma) in product(("smith-walk", "vcavity-walk"), (1.0, 1.5), SLOPES):
         scene = Scene(
             material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)), light=Light(THETAS)
         )
@@ -124,14 +124,14 @@ def evaluated_facet() -> Invariant:
 
 def evaluated_walk(pool: Executor, seed: int) -> Invariant:
     """The Smith walk's BRDF, evaluated in directions drawn without regard to it."""
-    cases = list(product((1.0, 1.5, 2.4), LAWS, (0.0, 60.0, 85.0)))
+    cases = list(product((1.0, 1.5, 2.4), SLOPES, (0.0, 60.0, 85.0)))
 
     def both(k: int) -> tuple[float, float]:
-        n, law, theta = cases[k]
+        n, parameters, theta = cases[k]
         rng = np.random.default_rng((seed, 3, k))
-        values = [furnace_values(n, law, theta, WALKS, rng)]
+        values = [furnace_values(n, parameters, theta, WALKS, rng)]
         # Lambertian facets alone have lobes that uniform directions can find.
-        values += [evaluated_lambertian(law, theta, WALKS, rng)] if n == 1 else []
+        values += [evaluated_lambertian(parameters, theta, WALKS, rng)] if n == 1 else []
         z = max((float(false_alarms.against(v, 1.0)) for v in values), key=abs)
         return z, float(values[0].mean() - 1)
 
@@ -153,14 +153,14 @@ def evaluated_walk(pool: Executor, seed: int) -> Invariant:
 
 def furnace_values(
     n: float,
-    law: tuple[float, float],
+    parameters: tuple[float, float],
     theta: float,
     walks: int,
     rng: np.random.Generator,
     cap: int = MOST_EVENTS,
 ) -> Array:
     """∫ f cosθ dω by each of so many walks, see `invariants.walk_furnace`."""
-    gamma, sigma = law
+    gamma, sigma = parameters
     scene = Scene(material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)))
     values = np.zeros(walks)
     i = direction(np.radians(theta), 0.0)
@@ -169,10 +169,10 @@ def furnace_values(
 
 
 def evaluated_lambertian(
-    law: tuple[float, float], theta: float, pairs: int, rng: np.random.Generator
+    parameters: tuple[float, float], theta: float, pairs: int, rng: np.random.Generator
 ) -> Array:
     """2π f cosθ_o of Lambertian facets at uniform directions o, two walks each."""
-    gamma, sigma = law
+    gamma, sigma = parameters
     scene = Scene(material=Material(1.0, (1.0,)), roughness=Roughness(gamma, (sigma,)))
     cosine, azimuth = rng.random(pairs), 2 * np.pi * rng.random(pairs)
     o = direction(np.arccos(cosine), azimuth)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from ..analysis.validate import Validation
 from ..physics import metals
 from ..scene import Material
-from .references import BY_KEY, REFERENCES, Reference
+from .references import BY_KEY, REFERENCES, Citation
 
 ALWAYS = ("microsurf", "harris2020", "virtanen2020", "hoyer2017", "hunter2007")
 """What every report uses, whatever its scenes."""
@@ -78,7 +78,7 @@ def _of_material(material: Material) -> set[str]:
     return set()
 
 
-def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Reference]:
+def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Citation]:
     """References of a report, in the order of `references`; ``cited`` by its other sections.
 
     Raises
@@ -96,6 +96,6 @@ def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Re
     return [reference for reference in REFERENCES if reference.key in used]
 
 
-def bibtex(references: Iterable[Reference]) -> str:
+def bibtex(references: Iterable[Citation]) -> str:
     """References as a .bib file."""
     return "\n\n".join(reference.bibtex for reference in references) + "\n"

@@ -83,7 +83,7 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
 def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[Section]:
     """Sections of the whole report."""
     found = [
-        _family(entries),
+        _multiplicity(entries),
         _frontiers(entries),
         _invariants(lasting, "What must hold whatever the scene"),
     ]
@@ -239,11 +239,11 @@ def _invariants(found: Iterable[Invariant], title: str) -> Section | None:
     return Section("invariants", title, _INVARIANTS, (Table("Invariants", rows, digits=2),))
 
 
-def _family(entries: Sequence[Validation]) -> Section | None:
+def _multiplicity(entries: Sequence[Validation]) -> Section | None:
     comparisons = [row for entry in entries for row in entry.comparisons]
     if not comparisons:
         return None
-    found = multiplicity.family(comparisons)
+    found = multiplicity.multiplicity_of(comparisons)
     text = _FAMILY.format(
         comparisons=found.comparisons,
         rate=found.error_rate,

@@ -23,11 +23,11 @@ _CAPTION = (
 
 def section(found: Stability) -> Section:
     """Return its tables and pictures."""
-    laws = Table(
+    functions = Table(
         "Laws and samplers, each at the place where fewest digits are kept",
         [
             {
-                "law": row.law,
+                "function": row.function,
                 "places": row.places,
                 "kept": row.worst.kept,
                 "right": row.worst.right,
@@ -41,7 +41,7 @@ def section(found: Stability) -> Section:
         ],
         digits=3,
     )
-    borders = Table(
+    limits = Table(
         "Borders of meshes and traces, with what was found and the limit",
         [
             {
@@ -52,7 +52,7 @@ def section(found: Stability) -> Section:
                 "verdict": row.verdict,
                 "reason": row.reason,
             }
-            for row in found.borders
+            for row in found.limits
         ],
         digits=2,
     )
@@ -67,7 +67,7 @@ def section(found: Stability) -> Section:
             wrong=sum(row.nan + row.infinite + row.negative for row in found.counts),
             asked=sum(row.values for row in found.counts),
         ),
-        (laws, borders),
+        (functions, limits),
         tuple(
             Picture(
                 f"stability-{group}",

@@ -5,16 +5,16 @@ from dataclasses import asdict
 from typing import Any
 
 from ..stability import Stability
-from ..stability.case import ENOUGH, Point
+from ..stability.case import ENOUGH, DomainPoint
 from ..stability.domain import BOX, SYMBOLS, ticked
 
 
 def as_json(found: Stability) -> dict[str, Any]:
     """Return what was found as JSON can hold it, places as text."""
     return {
-        "laws": [
+        "functions": [
             {
-                "law": row.law,
+                "function": row.function,
                 "group": row.group,
                 "places": row.places,
                 "kept": row.worst.kept,
@@ -30,13 +30,13 @@ def as_json(found: Stability) -> dict[str, Any]:
             for row in found.summaries
         ],
         "counts": [asdict(row) for row in found.counts],
-        "borders": [asdict(row) | {"verdict": row.verdict} for row in found.borders],
+        "limits": [asdict(row) | {"verdict": row.verdict} for row in found.limits],
         "sound": found.sound,
         "seconds": found.seconds,
     }
 
 
-def place(point: Point) -> str:
+def place(point: DomainPoint) -> str:
     """Coordinates as text."""
     return ", ".join(
         f"{SYMBOLS[name].split(' ')[0]} = {ticked(name, value)}"
@@ -56,11 +56,11 @@ def markdown(found: Stability) -> str:
         f"forgiven; at least {ENOUGH:g} are wanted."),
         "## Laws and samplers, each at the place where fewest are kept",
         _table(
-            ("law", "places", "kept", "right", "attainable", "condition", "at", "fewest right",
+            ("function", "places", "kept", "right", "attainable", "condition", "at", "fewest right",
              "verdict"),
             (
                 (
-                    row.law, row.places, f"{row.worst.kept:.1f}", f"{row.worst.right:.1f}",
+                    row.function, row.places, f"{row.worst.kept:.1f}", f"{row.worst.right:.1f}",
                     f"{row.worst.attainable:.1f}", f"{row.worst.condition:.1e}",
                     place(row.worst), f"{row.least:.1f}",
                     row.verdict + (f": {row.note}" if row.note else ""),
@@ -71,8 +71,8 @@ def markdown(found: Stability) -> str:
         "## NaN, infinities, negative values",
         f"{wrong} in {asked} values at random places and at the corners of the box.",
         _table(
-            ("law", "values", "NaN", "infinite", "negative"),
-            ((row.law, row.values, row.nan, row.infinite, row.negative) for row in found.counts),
+            ("function", "values", "NaN", "infinite", "negative"),
+            ((c.function, c.values, c.nan, c.infinite, c.negative) for c in found.counts),
         ),
         "## Borders of meshes and traces",
         _table(
@@ -80,7 +80,7 @@ def markdown(found: Stability) -> str:
             (
                 (row.border, row.checked, f"{row.value:.2g}", f"{row.limit:.0g}", row.verdict,
                  row.reason)
-                for row in found.borders
+                for row in found.limits
             ),
         ),
     ]  # fmt: skip

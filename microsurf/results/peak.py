@@ -31,7 +31,7 @@ def angles() -> Array:
 
 
 @cache
-def _weights(spread: float) -> Array:
+def _weights(width: float) -> Array:
     """Matrix from the bins' energies to intensities at the points, shape (points, bins)."""
     theta = np.radians(detector.ring_centres())[:, None]
     # φ_o − φ_i is 180° on the mirror side.
@@ -39,18 +39,18 @@ def _weights(spread: float) -> Array:
     points = np.radians(angles())[:, None, None]
     cosine = np.sin(theta) * np.cos(phi) * np.sin(points) + np.cos(theta) * np.cos(points)
     away = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-    kernel = np.exp(-((away / spread) ** 2) / 2)
+    kernel = np.exp(-((away / width) ** 2) / 2)
     # A point at a bin's centre always has that bin; others may underflow.
     within = (kernel * detector.solid_angles()).sum(axis=(1, 2), keepdims=True)
     return np.asarray((kernel / within).reshape(len(points), -1))
 
 
-def cut(lobe: Array, spread: float) -> Array:
+def cut(lobe: Array, width: float) -> Array:
     """Intensities in sr⁻¹ at `angles` of energies in the bins, shape (…, bins)."""
-    return np.asarray(lobe @ _weights(spread).T)
+    return np.asarray(lobe @ _weights(width).T)
 
 
-def spread_of(lobe: Array) -> float:
+def weight_width(lobe: Array) -> float:
     """Width of the weights in degrees for a reference's mean lobe, to a hundredth."""
     return round(max(_PART * float(figures(cut(lobe, _FIRST))[2]), _LEAST), 2)
 

@@ -1,6 +1,6 @@
 """How well a measurement is known: errors of its rays, of its surfaces, and what to buy next.
 
-The error of a mean over realisations has two parts, told apart in `spread`: rays on one
+The error of a mean over realisations has two parts, told apart in `components_of`: rays on one
 surface (*within*) and differences of surfaces (*between*). Errors of rays come from
 batches that know nothing of each other, those of a lobe's bins from its paths. On isotropic
 surfaces light comes from azimuths that are the same for every run of as many paths: what
@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from ..scene import Scene
-from ..stats.variance_components import KNOWN, Advice, Spread, advice, satterthwaite, spread
+from ..stats.variance_components import (
+    KNOWN,
+    Improvement,
+    VarianceComponents,
+    components_of,
+    improvement,
+    satterthwaite,
+)
 from . import albedos, datasets, detector
 
 _NORMAL = float(stats.norm.ppf(0.975))
@@ -97,28 +104,28 @@ LOBES = {f"{kind} lobe": f"order-1 {kind} lobe" for kind in detector.KINDS}
 
 
 @dataclass(frozen=True)
-class Known:
+class QuantityUncertainty:
     """What is known of one quantity (of summary.QUANTITIES or LOBES) at one incidence."""
 
     quantity: str
     theta_i: float
     phi_i: float
     kd: float
-    spread: Spread
-    advice: Advice
+    components: VarianceComponents
+    advice: Improvement
 
 
-def of_measurement(dataset: xr.Dataset, scene: Scene) -> list[Known]:
+def of_measurement(dataset: xr.Dataset, scene: Scene) -> list[QuantityUncertainty]:
     """Errors of all that a report prints, and what to buy next; what is zero is left out."""
     only = scene.surface.file is not None or not scene.requires.roughness
     rows = []
     n = scene.material.n
     for name in (*albedos.QUANTITIES, *LOBES):
         for kd in scene.material.kd:
-            for place, found in _spreads(dataset, name, n, kd):
+            for place, found in _components(dataset, name, n, kd):
                 if found.mean > 0:
-                    bought = advice(found, only=only)
-                    rows.append(Known(name, *place, kd, found, bought))
+                    bought = improvement(found, only=only)
+                    rows.append(QuantityUncertainty(name, *place, kd, found, bought))
     return rows
 
 
@@ -127,7 +134,7 @@ def as_json(dataset: xr.Dataset, scene: Scene) -> list[dict[str, Any]]:
     rows = []
     for known in of_measurement(dataset, scene):
         row = asdict(known)
-        row |= row.pop("spread")
+        row |= row.pop("components")
         row |= {"between_low": row.pop("low"), "between_high": row.pop("high")}
         if np.isinf(row["between_high"]):
             row["between_high"] = None
@@ -138,9 +145,9 @@ def as_json(dataset: xr.Dataset, scene: Scene) -> list[dict[str, Any]]:
     return rows
 
 
-def _spreads(
+def _components(
     dataset: xr.Dataset, name: str, n: float, kd: float
-) -> Iterator[tuple[tuple[float, float], Spread]]:
+) -> Iterator[tuple[tuple[float, float], VarianceComponents]]:
     """Spreads of one quantity over the surfaces, by θ_i and φ_i in degrees."""
     is_lobe = name in LOBES
     if is_lobe:
@@ -155,6 +162,6 @@ def _spreads(
             of_rays = variance.isel(place).values
             batches = (dataset.batch_light.isel(place).values > 0).sum(axis=1)
             # Paths know the variance of their bins well; a few batches that of their sum.
-            freedom = KNOWN if is_lobe else satterthwaite(of_rays, np.maximum(batches - 1, 1))
-            found = spread(values.isel(place).values, of_rays, freedom)
+            dof = KNOWN if is_lobe else satterthwaite(of_rays, np.maximum(batches - 1, 1))
+            found = components_of(values.isel(place).values, of_rays, dof)
             yield (float(theta), float(phi)), found

@@ -36,7 +36,7 @@ def _check_cells(cells: Any) -> None:
             f"{memory.gibibytes(cells**2 * memory.TRACE_BYTES_PER_CELL)} of memory, "
             f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.TRACE_BYTES_PER_CELL)}"
         )
-    validators.whole("surface.cells", cells, 2, MAX_CELLS)
+    validators.integer("surface.cells", cells, 2, MAX_CELLS)
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ class Surface:
             f"{low:g} … {high:g} cells",
         )
         validators.choice("surface.structure", self.structure, STRUCTURES)
-        validators.whole("surface.realisations", self.realisations, 1, 10_000)
+        validators.integer("surface.realisations", self.realisations, 1, 10_000)
         if self.spacing is not None:
             spacing = validators.number("surface.spacing", self.spacing)
             object.__setattr__(self, "spacing", spacing)
@@ -208,7 +208,7 @@ class Accuracy:
     lobe_error: float | None = None
 
     def __post_init__(self) -> None:
-        validators.whole("accuracy.paths", self.paths, 1, MOST_PATHS)
+        validators.integer("accuracy.paths", self.paths, 1, MOST_PATHS)
         for name in ("standard_error", "lobe_error"):
             asked = getattr(self, name)
             if asked is not None:

@@ -26,7 +26,7 @@ def number(name: str, value: Any) -> float:
     return found
 
 
-def whole(name: str, value: Any, low: int, high: int) -> int:
+def integer(name: str, value: Any, low: int, high: int) -> int:
     """A whole number from low to high."""
     plain = isinstance(value, int) and not isinstance(value, bool)
     require(plain, name, value, "a whole number")

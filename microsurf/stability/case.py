@@ -13,7 +13,7 @@ ENOUGH = 12.0
 
 
 @dataclass(frozen=True)
-class Law:
+class CheckedFunction:
     """A law of `physics`, or the deterministic part of a sampler.
 
     Attributes
@@ -47,14 +47,14 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Point:
+class DomainPoint:
     """One place of the map.
 
     ``right``: digits right; ``attainable``: what the conditioning leaves; ``kept``: digits
     right if that is forgiven. ``exact`` is rounded to a double.
     """
 
-    law: str
+    function: str
     group: str
     coordinates: dict[str, float]
     value: float
@@ -65,18 +65,20 @@ class Point:
     kept: float
 
 
-def points(law: Law, values: dict[str, tuple[float, ...]]) -> Iterator[Point]:
+def points(
+    function: CheckedFunction, values: dict[str, tuple[float, ...]]
+) -> Iterator[DomainPoint]:
     """Ask a law at all places of a grid, see `box`."""
-    for place in product(*(values[axis] for axis in law.axes)):
-        inputs = law.place(*place)
-        value = float(law.value(*inputs))
-        exact = law.exact(*(real(x) for x in inputs))
-        condition = digits.condition(law.exact, inputs, law.inputs)
+    for place in product(*(values[axis] for axis in function.axes)):
+        inputs = function.place(*place)
+        value = float(function.value(*inputs))
+        exact = function.exact(*(real(x) for x in inputs))
+        condition = digits.condition(function.exact, inputs, function.inputs)
         error = digits.relative_error(value, exact)
-        yield Point(
-            law.name,
-            law.group,
-            dict(zip(law.axes, place, strict=True)),
+        yield DomainPoint(
+            function.name,
+            function.group,
+            dict(zip(function.axes, place, strict=True)),
             value,
             float(exact),
             condition,

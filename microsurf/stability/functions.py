@@ -2,7 +2,7 @@
 
 from ..physics import facet, fresnel, smith, student_t, vcavity, visible_normals
 from . import reference
-from .case import Law
+from .case import CheckedFunction
 from .domain import unit
 from .reference import Real
 
@@ -17,41 +17,41 @@ def _direction(theta: float) -> tuple[float, float]:
     return float(w[0]), float(w[2])
 
 
-def _of_slopes() -> tuple[Law, ...]:
+def _of_slopes() -> tuple[CheckedFunction, ...]:
     return (
-        Law(
+        CheckedFunction(
             "D", "slopes", ("theta", "gamma", "sigma"), ("gamma", "sigma", "mx", "mz"),
             lambda theta, gamma, sigma: (gamma, sigma, *_direction(theta)),
             lambda gamma, sigma, mx, mz: student_t.distribution([mx, 0, mz], gamma, sigma),
             lambda gamma, sigma, mx, mz: reference.distribution(gamma, sigma, sigma, mx, 0, mz),
         ),
-        Law(
+        CheckedFunction(
             "density of slopes", "slopes", ("rho", "gamma", "sigma"),
             ("gamma", "sigma", "p"),
             lambda rho, gamma, sigma: (gamma, sigma, rho * sigma),
             lambda gamma, sigma, p: student_t.slope_density(p, 0, gamma, sigma),
             lambda gamma, sigma, p: reference.slope_density(gamma, sigma, sigma, p, 0),
         ),
-        Law(
+        CheckedFunction(
             "CDF of |slope|", "slopes", ("rho", "gamma"), ("gamma", "sigma", "r"),
             lambda rho, gamma: (gamma, 0.5, rho / 2),
             lambda gamma, sigma, r: student_t.slope_cdf(r, gamma, sigma),
             reference.slope_cdf,
         ),
-        Law(
+        CheckedFunction(
             "quantile of |slope|", "slopes", ("u", "gamma"), ("gamma", "sigma", "u"),
             lambda u, gamma: (gamma, 0.5, u),
             lambda gamma, sigma, u: student_t.slope_quantile(u, gamma, sigma),
             reference.slope_quantile,
         ),
-        Law(
+        CheckedFunction(
             "share of area beyond a slope", "slopes", ("rho", "gamma", "wide"),
             ("gamma", "sigma", "slope"),
             lambda rho, gamma, sigma: (gamma, sigma, rho * sigma),
             lambda gamma, sigma, slope: student_t.area_beyond(slope, gamma, sigma),
             reference.area_beyond,
         ),
-        Law(
+        CheckedFunction(
             "mean area", "slopes", ("wide", "gamma"), ("gamma", "sigma"),
             lambda sigma, gamma: (gamma, sigma),
             student_t.mean_area,
@@ -60,7 +60,7 @@ def _of_slopes() -> tuple[Law, ...]:
     )  # fmt: skip
 
 
-def _of_masking() -> tuple[Law, ...]:
+def _of_masking() -> tuple[CheckedFunction, ...]:
     inputs = ("gamma", "sigma", "wx", "wz")
     axes = ("theta", "gamma", "sigma")
 
@@ -80,22 +80,22 @@ def _of_masking() -> tuple[Law, ...]:
         return (*stretched(theta, gamma, sigma), *map(float, unit(*_TILT)))
 
     return (
-        Law(
+        CheckedFunction(
             "Λ", "masking", axes, inputs, place,
             lambda gamma, sigma, wx, wz: smith.smith_lambda([wx, 0, wz], gamma, sigma), exact,
         ),
-        Law(
+        CheckedFunction(
             "Λ, σ_x = 10 σ_y", "masking", axes, ("gamma", "sigma_x", "sigma_y", "wx", "wy", "wz"),
             stretched,
             lambda gamma, sx, sy, wx, wy, wz: smith.smith_lambda([wx, wy, wz], gamma, sx, sy),
             reference.smith_lambda,
         ),
-        Law(
+        CheckedFunction(
             "G1, Smith", "masking", axes, inputs, place,
             lambda gamma, sigma, wx, wz: smith.g1([wx, 0, wz], gamma, sigma),
             lambda *given: 1 / (1 + exact(*given)),
         ),
-        Law(
+        CheckedFunction(
             "G2, separable", "masking", axes, (*inputs, "ox", "oz"), both,
             lambda gamma, sigma, wx, wz, ox, oz: smith.g2_separable(
                 [wx, 0, wz], [ox, 0, oz], gamma, sigma
@@ -103,7 +103,7 @@ def _of_masking() -> tuple[Law, ...]:
             lambda gamma, sigma, wx, wz, ox, oz: 1
             / ((1 + exact(gamma, sigma, wx, wz)) * (1 + exact(gamma, sigma, ox, oz))),
         ),
-        Law(
+        CheckedFunction(
             "G2, height-correlated", "masking", axes, (*inputs, "ox", "oz"), both,
             lambda gamma, sigma, wx, wz, ox, oz: smith.g2_height_correlated(
                 [wx, 0, wz], [ox, 0, oz], gamma, sigma
@@ -111,17 +111,17 @@ def _of_masking() -> tuple[Law, ...]:
             lambda gamma, sigma, wx, wz, ox, oz: 1
             / (1 + exact(gamma, sigma, wx, wz) + exact(gamma, sigma, ox, oz)),
         ),
-        Law(
+        CheckedFunction(
             "projected area, from above", "masking", axes, inputs, place,
             lambda gamma, sigma, wx, wz: visible_normals.projected_area([wx, 0, wz], gamma, sigma),
             lambda gamma, sigma, wx, wz: reference.projected_area(gamma, sigma, sigma, wx, 0, wz),
         ),
-        Law(
+        CheckedFunction(
             "projected area, from below", "masking", ("below", "gamma", "sigma"), inputs, place,
             lambda gamma, sigma, wx, wz: visible_normals.projected_area([wx, 0, wz], gamma, sigma),
             lambda gamma, sigma, wx, wz: reference.projected_area(gamma, sigma, sigma, wx, 0, wz),
         ),
-        Law(
+        CheckedFunction(
             "density of visible normals", "masking", axes,
             ("gamma", "sigma_x", "sigma_y", "wx", "wy", "wz", "mx", "my", "mz"), tilted,
             lambda gamma, sx, sy, wx, wy, wz, mx, my, mz: visible_normals.density(
@@ -129,63 +129,63 @@ def _of_masking() -> tuple[Law, ...]:
             ),
             reference.visible_density,
         ),
-        Law(
+        CheckedFunction(
             "G1, V-cavity", "masking", ("theta", "tilt"), ("wx", "wz", "mx", "mz"),
             lambda theta, tilt: (*_direction(theta), *_direction(tilt)),
             lambda wx, wz, mx, mz: vcavity.g1([wx, 0, wz], [mx, 0, mz]),
-            reference.groove_masking,
+            reference.vcavity_masking,
         ),
     )  # fmt: skip
 
 
-def _of_facets() -> tuple[Law, ...]:
+def _of_facets() -> tuple[CheckedFunction, ...]:
     def cosine(theta: float) -> float:
         return _direction(theta)[1]
 
     return (
-        Law(
+        CheckedFunction(
             "F", "facet", ("n", "theta"), ("mu", "n"),
             lambda n, theta: (cosine(theta), n), fresnel.reflectance, reference.reflectance,
         ),
-        Law(
+        CheckedFunction(
             "T = 1 − F", "facet", ("n", "theta"), ("mu", "n"),
             lambda n, theta: (cosine(theta), n), fresnel.transmittance, reference.transmittance,
         ),
-        Law(
+        CheckedFunction(
             "F of a conductor", "facet", ("metal", "theta", "k"), ("mu", "n", "k"),
             lambda n, theta, k: (cosine(theta), n, k), fresnel.reflectance, reference.reflectance,
         ),
-        Law(
+        CheckedFunction(
             "T of a conductor", "facet", ("metal", "theta", "k"), ("mu", "n", "k"),
             lambda n, theta, k: (cosine(theta), n, k),
             fresnel.transmittance, reference.transmittance,
         ),
-        Law(
+        CheckedFunction(
             "r_e", "facet", ("n",), ("n",), lambda n: (n,),
             fresnel.external_diffuse_reflectance, reference.external_reflectance,
         ),
-        Law(
+        CheckedFunction(
             "1 − r_e", "facet", ("n",), ("n",), lambda n: (n,),
             fresnel.external_diffuse_transmittance, reference.external_transmittance,
         ),
-        Law(
+        CheckedFunction(
             "r_i", "facet", ("n",), ("n",), lambda n: (n,),
             fresnel.internal_diffuse_reflectance, reference.internal_reflectance,
         ),
-        Law(
+        CheckedFunction(
             "body weight", "facet", ("n", "kd"), ("n", "kd"), lambda n, kd: (n, kd),
             facet.body_weight, reference.body_weight,
         ),
-        Law(
+        CheckedFunction(
             "f_b of a facet", "facet", ("n", "theta", "kd"), ("mu", "n", "kd", "mu_o"),
             lambda n, theta, kd: (cosine(theta), n, kd, 0.5),
             lambda mu, n, kd, mu_o: facet.body(mu, mu_o, n, kd), reference.body,
         ),
-        Law(
+        CheckedFunction(
             "albedo of a facet", "facet", ("n", "theta", "kd"), ("mu", "n", "kd"),
             lambda n, theta, kd: (cosine(theta), n, kd), facet.albedo, reference.albedo,
         ),
     )  # fmt: skip
 
 
-LAWS = (*_of_slopes(), *_of_masking(), *_of_facets())
+FUNCTIONS = (*_of_slopes(), *_of_masking(), *_of_facets())

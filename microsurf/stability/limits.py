@@ -23,7 +23,7 @@ _TAILS = (1.51, 1.55, 1.6, 1.65, 1.75, 2.0)
 
 
 @dataclass(frozen=True)
-class Border:
+class Limit:
     """What was checked: the value found, the limit it may not pass, and why it is as it is."""
 
     border: str
@@ -38,7 +38,7 @@ class Border:
         return "ok" if self.value <= self.limit else "border"
 
 
-def check(cells: int, paths: int, largest: int) -> Iterator[Border]:
+def check(cells: int, paths: int, largest: int) -> Iterator[Limit]:
     """Check all borders, on meshes of so many cells a side and with so many paths each.
 
     ``largest`` is the side of the largest mesh that is traced.
@@ -50,13 +50,13 @@ def check(cells: int, paths: int, largest: int) -> Iterator[Border]:
     yield from _engines()
 
 
-def _tails(cells: int) -> Iterator[Border]:
+def _tails(cells: int) -> Iterator[Limit]:
     for gamma in _TAILS:
         made = generate_surface(gamma, 0.5, cells=cells, seed=1)
         found = surface_statistics(made, gamma, 0.5)
         beyond = found["tail"]["area_beyond"]
         least = share_left_out(gamma, 0.5, cells)
-        yield Border(
+        yield Limit(
             f"γ → 3/2: {gamma:g}",
             f"KS of slopes on {cells}² cells",
             found["ks"],
@@ -66,13 +66,13 @@ def _tails(cells: int) -> Iterator[Border]:
         )
 
 
-def _roughness() -> Iterator[Border]:
+def _roughness() -> Iterator[Limit]:
     """σ is a factor of the heights and of nothing else."""
     unit = generate_surface(2.0, 1.0, cells=64, seed=1).heights
     for sigma in (0.001, 5.0):
         made = generate_surface(2.0, sigma, cells=64, seed=1).heights
         off = float(np.max(np.abs(made / sigma - unit)) / np.max(np.abs(unit)))
-        yield Border(
+        yield Limit(
             f"σ = {sigma:g}",
             "heights/σ against those of σ = 1",
             off,
@@ -81,14 +81,14 @@ def _roughness() -> Iterator[Border]:
         )
 
 
-def _units() -> Iterator[Border]:
+def _units() -> Iterator[Limit]:
     plain = generate_surface(2.0, 0.5, cells=64, seed=1)
     for unit, name in ((2.0**-30, "2^−30"), (2.0**10, "2^10"), (1e-9, "1e−9"), (1e3, "1e3")):
         # Another unit of length: what is measured in it, heights and spacing alike.
         other = mesh(Heightfield(plain.heights * unit, unit)).heights.astype(np.float32)
         off = float(np.mean(other != mesh(plain).heights.astype(np.float32)))
         power = name.startswith("2^")
-        yield Border(
+        yield Limit(
             f"unit {name} m",
             "share of float32 heights that differ",
             off,
@@ -99,7 +99,7 @@ def _units() -> Iterator[Border]:
         )
 
 
-def _traces(paths: int, largest: int) -> Iterator[Border]:
+def _traces(paths: int, largest: int) -> Iterator[Limit]:
     gentle = _grid(mesh(generate_surface(2.0, 0.5, cells=64, seed=1)).heights)
     rng = np.random.default_rng(2)
     cliffs = 0.3 * rng.standard_normal((32, 32))
@@ -131,11 +131,11 @@ def _grid(heights: NDArray[np.float64]) -> Grid:
     return from_heights(heights, np.zeros(heights.shape, np.bool_))
 
 
-def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Border]:
+def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Limit]:
     """Kd = 1: what arrives and what is lost are all the light."""
     tally = trace(EmbreeTile(grid), theta, 17.0, _IL, paths, np.random.default_rng(3))
     balance = abs(float(tally.energy.sum() + tally.ended.sum()) / tally.light - 1)
-    yield Border(
+    yield Limit(
         name,
         "light not accounted for at Kd = 1",
         balance,
@@ -145,7 +145,7 @@ def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Border]:
     lost = {cause: int(tally.lost[ENDS.index(cause)]) for cause in LOST}
     share = sum(lost.values()) / tally.paths
     told = ", ".join(f"{count} {cause}" for cause, count in lost.items() if count)
-    yield Border(
+    yield Limit(
         name,
         "paths lost",
         share,
@@ -155,7 +155,7 @@ def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Border]:
     )
 
 
-def _engines() -> Iterator[Border]:
+def _engines() -> Iterator[Limit]:
     rng = np.random.default_rng(4)
     cliffs = 0.3 * rng.standard_normal((24, 24))
     cliffs[rng.integers(0, 24, 6), rng.integers(0, 24, 6)] += 1000
@@ -167,7 +167,7 @@ def _engines() -> Iterator[Border]:
     ):
         count = 2000
         differ, left = unexplained(_grid(heights), count, rng)
-        yield Border(
+        yield Limit(
             f"float32 and float64: {name}",
             "rays whose first facets differ by more than rounding",
             left / count,

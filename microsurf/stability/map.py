@@ -7,9 +7,9 @@ import numpy as np
 from tqdm import tqdm
 
 from . import domain
-from .case import ENOUGH, Law, Point, points
-from .functions import LAWS
-from .limits import Border, check
+from .case import ENOUGH, CheckedFunction, DomainPoint, points
+from .functions import FUNCTIONS
+from .limits import Limit, check
 from .samplers import SAMPLERS
 from .sweep import Count, sweep
 
@@ -22,10 +22,10 @@ class Summary:
     ``least`` the fewest digits right anywhere, whatever the conditioning.
     """
 
-    law: str
+    function: str
     group: str
     places: int
-    worst: Point
+    worst: DomainPoint
     least: float
     short: int
     note: str
@@ -42,10 +42,10 @@ class Summary:
 class Stability:
     """What `survey` found."""
 
-    points: list[Point]
+    points: list[DomainPoint]
     summaries: list[Summary]
     counts: list[Count]
-    borders: list[Border]
+    limits: list[Limit]
     seconds: float
 
     @property
@@ -60,29 +60,31 @@ def survey(*, quick: bool, progress: bool = False) -> Stability:
     """Make the map: coarse in less than a minute on one core, or fine in several."""
     begin = time.perf_counter()
     grid = domain.QUICK if quick else domain.FULL
-    found: list[Point] = []
+    found: list[DomainPoint] = []
     summaries = []
-    for law in tqdm((*LAWS, *SAMPLERS), desc="laws", disable=None if progress else True):
-        mine = list(points(law, grid))
+    for function in tqdm(
+        (*FUNCTIONS, *SAMPLERS), desc="functions", disable=None if progress else True
+    ):
+        mine = list(points(function, grid))
         found += mine
-        summaries.append(summarise(law, mine))
+        summaries.append(summarise(function, mine))
     counts = sweep(24 if quick else 400, 1000, np.random.default_rng(1))
-    borders = tqdm(
+    limits = tqdm(
         check(*((256, 10_000, 1024) if quick else (512, 200_000, 4096))),
-        desc="borders",
+        desc="limits",
         disable=None if progress else True,
     )
-    return Stability(found, summaries, counts, list(borders), time.perf_counter() - begin)
+    return Stability(found, summaries, counts, list(limits), time.perf_counter() - begin)
 
 
-def summarise(law: Law, found: list[Point]) -> Summary:
+def summarise(function: CheckedFunction, found: list[DomainPoint]) -> Summary:
     """Return the worst place of a law, and how many fall short."""
     return Summary(
-        law.name,
-        law.group,
+        function.name,
+        function.group,
         len(found),
         min(found, key=lambda point: point.kept),
         min(point.right for point in found),
         sum(point.kept < ENOUGH for point in found),
-        law.note,
+        function.note,
     )

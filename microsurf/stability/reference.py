@@ -166,7 +166,7 @@ def visible_density(
     return facing * distribution(gamma, sigma_x, sigma_y, mx, my, mz) / area
 
 
-def groove_masking(wx: Real, wz: Real, mx: Real, mz: Real) -> Real:
+def vcavity_masking(wx: Real, wz: Real, mx: Real, mz: Real) -> Real:
     """V-cavity G1 = min(1, 2 (n·m)(n·w)/(w·m)); w and m in one plane."""
     facing = wx * mx + wz * mz
     return min(EXACT.one, 2 * mz * wz / facing) if facing > 0 else EXACT.zero

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..physics import facet, student_t, visible_normals
 from . import reference
-from .case import Law
+from .case import CheckedFunction
 from .domain import unit
 from .reference import EXACT, Real
 
@@ -127,7 +127,7 @@ def _direction(theta: float) -> tuple[float, float]:
 
 
 SAMPLERS = (
-    Law(
+    CheckedFunction(
         "slopes at given numbers", "samplers", ("u", "gamma", "wide"),
         ("gamma", "sigma", "u", "v"),
         lambda u, gamma, sigma: (gamma, sigma, u, 0.1),
@@ -135,7 +135,7 @@ SAMPLERS = (
         lambda gamma, sigma, u, v: reference.slope_quantile(gamma, sigma, u)
         * EXACT.cos(2 * EXACT.pi * v),
     ),
-    Law(
+    CheckedFunction(
         "visible normals at given numbers, from above", "samplers", ("s", "gamma", "wide"),
         ("gamma", "sigma", "wx", "wz", "s", "t"),
         lambda s, gamma, sigma: (gamma, sigma, *_direction(60.0), s, 0.5),
@@ -143,7 +143,7 @@ SAMPLERS = (
         _from_above,
         note=_UNDERFLOW,
     ),
-    Law(
+    CheckedFunction(
         "visible normals at given numbers, from below", "samplers", ("s", "gamma", "below", "wide"),
         ("gamma", "sigma", "wx", "wz", "s", "t"),
         lambda s, gamma, below, sigma: (gamma, sigma, *_direction(below), s, 0.5),
@@ -151,21 +151,21 @@ SAMPLERS = (
         _from_below,
         note=_UNDERFLOW,
     ),
-    Law(
+    CheckedFunction(
         "visible normals: |m| = 1, w·m ≥ 0", "samplers", ("theta", "gamma", "sigma"),
         ("gamma", "sigma", "wx", "wz"),
         lambda theta, gamma, sigma: (gamma, sigma, *_direction(theta)),
         _visible_deviation,
         lambda *_: EXACT.one,
     ),
-    Law(
+    CheckedFunction(
         "visible normals from below: the same", "samplers", ("below", "gamma", "sigma"),
         ("gamma", "sigma", "wx", "wz"),
         lambda below, gamma, sigma: (gamma, sigma, *_direction(below)),
         _visible_deviation,
         lambda *_: EXACT.one,
     ),
-    Law(
+    CheckedFunction(
         "facet events: |o| = 1, o·m ≥ 0, mirror law", "samplers", ("n", "theta"), ("mu", "n"),
         lambda n, theta: (_direction(theta)[1], n),
         _facet_deviation,

@@ -17,7 +17,7 @@ _STEEPEST = float(np.nextafter(1.5, 2))
 class Count:
     """Of one law: values asked, and how many were NaN, infinite or negative."""
 
-    law: str
+    function: str
     values: int
     nan: int
     infinite: int

@@ -52,8 +52,8 @@ def difference(one: Mean, other: Mean) -> Estimate:
     value, total = one.value - other.value, float(squares.sum())
     if total == 0:
         return Estimate(value, value, value)
-    freedom = total**2 / float((squares**2 / np.array([one.count - 1, other.count - 1])).sum())
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, freedom)) * float(np.sqrt(total))
+    dof = total**2 / float((squares**2 / np.array([one.count - 1, other.count - 1])).sum())
+    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, dof)) * float(np.sqrt(total))
     return Estimate(value, value - half, value + half)
 
 
@@ -89,10 +89,10 @@ def order(coarse: Mean, middle: Mean, fine: Mean, ratio: float = 2.0) -> Estimat
 
 
 def power(
-    sizes: Sequence[float], deviations: Sequence[float], freedom: Sequence[float]
+    sizes: Sequence[float], deviations: Sequence[float], dof: Sequence[float]
 ) -> Estimate | None:
     """Exponent x of s ~ Nˣ from independent standard deviations; None from fewer than two."""
-    s, nu = np.asarray(deviations, float), np.asarray(freedom, float)
+    s, nu = np.asarray(deviations, float), np.asarray(dof, float)
     use = (s > 0) & (nu >= 1)
     if use.sum() < 2:
         return None

@@ -54,14 +54,14 @@ def interval(own: Array, reference: Array, draws: float) -> Interval:
     length = float(np.linalg.norm(shift))
     parts = [(s - s.mean(axis=0), len(s)) for s in (own, reference) if len(s) > 1]
     towards = shift / length if length > 0 else parts[-1][0][0] * 0
-    along, freedom = _along(parts, towards)
+    along, dof = _along(parts, towards)
     across = sum(float((rest**2).sum()) / (count * (count - 1)) for rest, count in parts) - along
     beta2 = max(length**2 - max(across, 0.0), 0.0)
     rest = np.sqrt(2 * max(_square_trace(parts) - along**2, 0.0) * (1 + 1 / (len(reference) - 1)))
     noise, noise_freedom = _noise(own, draws)
     ends = []
     for level in ((1 + CONFIDENCE) / 2, CONFIDENCE):
-        half = float(stats.t.ppf(level, freedom)) * np.sqrt(along)
+        half = float(stats.t.ppf(level, dof)) * np.sqrt(along)
         beta = np.sqrt(beta2)
         hidden = float(stats.norm.ppf(level)) * rest
         quantiles = (float(stats.chi2.ppf(p, noise_freedom)) for p in (level, 1 - level))

@@ -27,7 +27,7 @@ KNOWN = 1e9
 
 
 @dataclass(frozen=True)
-class Spread:
+class VarianceComponents:
     """How well a mean over surfaces is known, and from what its error comes.
 
     Attributes
@@ -64,18 +64,18 @@ class Spread:
         return "surfaces" if self.low > self.within else "either"
 
 
-def satterthwaite(variances: NDArray[np.float64], freedom: NDArray[np.float64]) -> float:
-    """Degrees of freedom of the mean of variances that have ``freedom`` each."""
-    squares = float((variances**2 / freedom).sum())
+def satterthwaite(variances: NDArray[np.float64], dof: NDArray[np.float64]) -> float:
+    """Degrees of freedom of the mean of variances that have ``dof`` each."""
+    squares = float((variances**2 / dof).sum())
     return float(variances.sum()) ** 2 / squares if squares > 0 else KNOWN
 
 
-def spread(
-    values: NDArray[np.float64], ray_variance: NDArray[np.float64], freedom: float = KNOWN
-) -> Spread:
+def components_of(
+    values: NDArray[np.float64], ray_variance: NDArray[np.float64], dof: float = KNOWN
+) -> VarianceComponents:
     """Tell rays and surfaces apart from each surface's value and the variance of its rays.
 
-    ``freedom`` is that of the mean of ``ray_variance``, see `satterthwaite`. Values and
+    ``dof`` is that of the mean of ``ray_variance``, see `satterthwaite`. Values and
     variances of a lobe have its bins as further dimensions: variances are then summed
     over them, and the mean is the root of the sum of squares. Bins may vary all together
     between surfaces, so that their sum is worth R−1 degrees of freedom, as one bin is; if
@@ -90,16 +90,16 @@ def spread(
     within = float(ray_variance.reshape(count, -1).sum(axis=1).mean())
     if count == 1:
         error = float(np.sqrt(within))
-        return Spread(1, size, error, error, 0.0, 0.0, float("inf"))
+        return VarianceComponents(1, size, error, error, 0.0, 0.0, float("inf"))
     total = float(bins.var(axis=0, ddof=1).sum())
-    return of_variances(count, size, total, within, freedom)
+    return of_variances(count, size, total, within, dof)
 
 
 def of_variances(
-    count: int, mean: float, total: float, within: float, freedom: float = KNOWN
-) -> Spread:
+    count: int, mean: float, total: float, within: float, dof: float = KNOWN
+) -> VarianceComponents:
     """The same from s² (``total``) and σ_w² (``within``) of ``count`` > 1 surfaces."""
-    free, of_rays = count - 1, min(freedom, KNOWN)
+    free, of_rays = count - 1, min(dof, KNOWN)
     tails = (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2
     high, low = (
         free
@@ -109,17 +109,17 @@ def of_variances(
     )
     between = max(total - within, 0.0)
     roots = (float(np.sqrt(v)) for v in (total / count, within, between, low, high))
-    return Spread(count, mean, *roots)
+    return VarianceComponents(count, mean, *roots)
 
 
 @dataclass(frozen=True)
-class Advice:
+class Improvement:
     """What halves the error of a mean.
 
     Attributes
     ----------
     dominant : str
-        "rays", "surfaces" or "either", see `Spread`.
+        "rays", "surfaces" or "either", see `VarianceComponents`.
     rays : float or None
         How many times the rays; None if surfaces alone leave more than half.
     surfaces : int or None
@@ -135,19 +135,21 @@ class Advice:
     text: str
 
 
-def advice(found: Spread, *, only: bool = False) -> Advice:
+def improvement(found: VarianceComponents, *, only: bool = False) -> Improvement:
     """What to buy next; ``only``: there is one surface and no other, flat or from a file.
 
     A finer mesh or a larger tile is never part of it: what they leave does not show in
     any spread, `microsurf convergence` measures it.
     """
     if found.error == 0:
-        return Advice("rays", None, None, "no error: nothing to buy")
+        return Improvement("rays", None, None, "no error: nothing to buy")
     if only:
-        return Advice("rays", 4.0, None, "4 times the rays halve it; there is one surface only")
+        return Improvement(
+            "rays", 4.0, None, "4 times the rays halve it; there is one surface only"
+        )
     if found.surfaces == 1:
         text = "one surface does not tell what others would: trace at least 4"
-        return Advice("either", None, 4, text)
+        return Improvement("either", None, 4, text)
     surfaces = 4 * found.surfaces
     within, between = found.within**2, found.between**2
     room = max(found.error**2 * found.surfaces, within) / 4 - between
@@ -158,7 +160,7 @@ def advice(found: Spread, *, only: bool = False) -> Advice:
         text = f"{more}; rays alone leave {100 * min(left, 1):.0f} % of it"
     else:
         text = f"{rays:.3g} times the rays halve it, or {more.removesuffix(' halve it')}"
-    return Advice(found.dominant, rays, surfaces, f"{_WHY[found.dominant]}: {text}")
+    return Improvement(found.dominant, rays, surfaces, f"{_WHY[found.dominant]}: {text}")
 
 
 _WHY = {

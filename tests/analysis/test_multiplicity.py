@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 from test_comparison import experiments
 
-from microsurf.analysis.multiplicity import family
+from microsurf.analysis.multiplicity import multiplicity_of
 from microsurf.stats import hypothesis_tests
 
 
@@ -16,7 +16,7 @@ def test_simultaneous_intervals_all_hold_their_truth(judge):
     missed = single = 0
     for k in range(80):
         report = rows[10 * k : 10 * k + 10]
-        missed += any(not low <= 0 <= high for low, high in family(report).simultaneous)
+        missed += any(not low <= 0 <= high for low, high in multiplicity_of(report).simultaneous)
         single += any(not row.low <= 0 <= row.high for row in report)
     judge.keeps(stats.binomtest(missed, 80, 0.05, alternative="greater").pvalue)
     judge.catches(stats.binomtest(single, 80, 0.05, alternative="greater").pvalue)
@@ -24,7 +24,7 @@ def test_simultaneous_intervals_all_hold_their_truth(judge):
 
 def test_figures_of_a_family(judge):
     rows = experiments(0.0, 4, 0.005, np.random.default_rng(judge.seed(12)))
-    found = family(rows)
+    found = multiplicity_of(rows)
     assert found.expected_wrong == pytest.approx(0.025 * 400)
     assert 0 <= found.standing < found.decided <= 400
     assert found.of_one_surface == 0
@@ -39,6 +39,6 @@ def test_figures_of_a_family(judge):
 
 def test_one_surface_and_none():
     rows = experiments(0.0, 1, 0.0, np.random.default_rng(13))
-    assert family(rows).of_one_surface == 400
-    empty = family([])
+    assert multiplicity_of(rows).of_one_surface == 400
+    empty = multiplicity_of([])
     assert (empty.comparisons, empty.expected_wrong, empty.simultaneous) == (0, 0, ())

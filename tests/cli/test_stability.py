@@ -13,7 +13,7 @@ from microsurf.errors import InputError
 from microsurf.report.figures import stability as stability_plot
 from microsurf.stability import survey
 from microsurf.stability.case import points
-from microsurf.stability.functions import LAWS
+from microsurf.stability.functions import FUNCTIONS
 from microsurf.stability.map import summarise
 from microsurf.stability.sweep import Count
 
@@ -26,15 +26,15 @@ TINY = {
 
 def small(wrong=None):
     """Return a map of few places and no borders."""
-    laws = [
-        replace(law, value=wrong) if wrong and law.name == "r_e" else law
-        for law in LAWS
-        if law.name in ("D", "Λ", "F", "r_e", "r_i")
+    functions = [
+        replace(function, value=wrong) if wrong and function.name == "r_e" else function
+        for function in FUNCTIONS
+        if function.name in ("D", "Λ", "F", "r_e", "r_i")
     ]
-    found = [(law, list(points(law, TINY))) for law in laws]
+    found = [(function, list(points(function, TINY))) for function in functions]
     return stability.Stability(
         [point for _, mine in found for point in mine],
-        [summarise(law, mine) for law, mine in found],
+        [summarise(function, mine) for function, mine in found],
         [Count("D", 10, 0, 0, 0)],
         [],
         0.1,
@@ -50,9 +50,9 @@ def test_writes_the_map_and_prints_one_object(monkeypatch, tmp_path):
     done = run(monkeypatch, tmp_path, "--quick", "--json")
     assert done.exit_code == 0
     values = json.loads(done.stdout)
-    assert {"laws", "counts", "borders", "sound", "seconds", "quick", "out"} <= values.keys()
+    assert {"functions", "counts", "limits", "sound", "seconds", "quick", "out"} <= values.keys()
     assert values["sound"] is True
-    row = next(row for row in values["laws"] if row["law"] == "Λ")
+    row = next(row for row in values["functions"] if row["function"] == "Λ")
     assert row["kept"] >= 12
     assert row["at"].startswith("θ = ")
     names = {path.name for path in (tmp_path / "map").iterdir()}
@@ -61,7 +61,7 @@ def test_writes_the_map_and_prints_one_object(monkeypatch, tmp_path):
         *(f"stability-{group}.png" for group in stability_plot.GROUPS if group != "samplers"),
     }
     head = (tmp_path / "map" / "stability.csv").read_text(encoding="utf-8").splitlines()[0]
-    assert head == "law,group,place,value,condition,right,attainable,kept"
+    assert head == "function,group,place,value,condition,right,attainable,kept"
 
 
 def test_a_wrong_law_is_an_unexpected_verdict(monkeypatch, tmp_path):
@@ -125,4 +125,4 @@ def test_theory_has_no_such_border():
 def test_the_whole_quick_map_is_sound():
     found = survey(quick=True)
     assert found.sound
-    assert {row.verdict for row in found.borders} == {"ok", "border"}
+    assert {row.verdict for row in found.limits} == {"ok", "border"}

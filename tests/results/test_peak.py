@@ -28,11 +28,11 @@ def test_a_gaussian_keeps_its_figures(centre, sd):
     Only along θ, by the root of that, where sectors are wider than the weights: 3 % less.
     """
     lobe = 3 * bump(centre, sd)
-    spread = peak.spread_of(lobe)
+    smoothing = peak.weight_width(lobe)
     # The width is found with weights of 2°.
-    assert spread == pytest.approx(0.1 * 2.3548 * np.hypot(sd, 2), rel=0.03)
-    height, position, width = peak.figures(peak.cut(lobe, spread))
-    wider2 = 1 + (spread / sd) ** 2
+    assert smoothing == pytest.approx(0.1 * 2.3548 * np.hypot(sd, 2), rel=0.03)
+    height, position, width = peak.figures(peak.cut(lobe, smoothing))
+    wider2 = 1 + (smoothing / sd) ** 2
     assert height == pytest.approx(3 / wider2, rel=0.035)
     assert width == pytest.approx(2.3548 * sd * np.sqrt(wider2), rel=0.02)
     assert position == pytest.approx(centre, abs=0.3)
@@ -40,8 +40,8 @@ def test_a_gaussian_keeps_its_figures(centre, sd):
 
 def test_an_even_hemisphere_has_the_same_intensity_everywhere():
     even = np.repeat(detector.solid_angles(), detector.SECTORS, axis=1).ravel()
-    for spread in (1.0, 5.0):
-        np.testing.assert_allclose(peak.cut(even, spread), 1, rtol=1e-12)
+    for smoothing in (1.0, 5.0):
+        np.testing.assert_allclose(peak.cut(even, smoothing), 1, rtol=1e-12)
 
 
 def test_nothing_and_the_border_give_numbers():
@@ -59,9 +59,9 @@ def test_noise_moves_the_peak_less_than_that_of_its_bins(judge):
     rng = np.random.default_rng(judge.seed(3))
     mean = bump(0.0, 12.0)
     counts = rng.poisson(2000 * mean / mean.sum(), (40, len(mean))) * mean.sum() / 2000
-    spread = peak.spread_of(mean)
-    heights = np.array([peak.figures(peak.cut(c, spread))[0] for c in counts])
-    truth = peak.figures(peak.cut(mean, spread))[0]
+    smoothing = peak.weight_width(mean)
+    heights = np.array([peak.figures(peak.cut(c, smoothing))[0] for c in counts])
+    truth = peak.figures(peak.cut(mean, smoothing))[0]
     rough = np.array([peak.figures(peak.cut(c, 0.5))[0] for c in counts])
     p_values = [stats.chi2.sf(np.sum((h / truth - 1) ** 2) / 0.15**2, 40) for h in (heights, rough)]
     judge.keeps(p_values[0])
@@ -74,6 +74,6 @@ def test_a_mirror_s_lobe_peaks_where_it_should():
     scene = Scene(roughness=Roughness(8.0, (0.05,)), light=Light((40.0,)))
     draws = draws_of(model.predict(scene), scene)[40.0, 0.0, 0.8]
     lobe = draws.specular[0]
-    figures = peak.figures(peak.cut(lobe, peak.spread_of(lobe)))
+    figures = peak.figures(peak.cut(lobe, peak.weight_width(lobe)))
     assert figures[1] == pytest.approx(40, abs=1)
     assert draws.albedo.shape == (1, 1)

@@ -39,7 +39,7 @@ def p_values(rows, batches):
     Of a lobe the bins may vary together, as one does.
     """
     return [
-        stats.f.sf(12 * (row.spread.error / row.spread.within) ** 2, 11, 12 * (batches - 1))
+        stats.f.sf(12 * (row.components.error / row.components.within) ** 2, 11, 12 * (batches - 1))
         for row in rows.values()
     ]
 
@@ -55,7 +55,7 @@ def test_other_rays_on_the_same_surface_show_no_difference_between_surfaces(surf
     assert {key[0] for key in same} == ALL
     judge.keeps(p)
     for row, value in zip(same.values(), p, strict=True):
-        assert (row.spread.low > 0) <= (value < 0.03)
+        assert (row.components.low > 0) <= (value < 0.03)
         assert (row.advice.dominant == "surfaces") <= (value < 1e-3)
 
 
@@ -64,7 +64,7 @@ def test_small_surfaces_differ_by_more_than_their_rays(surfaces, judge):
     measured = trace.measure(SCENE, surfaces, seed=judge.seed(1), workers=1)
     other = known(measured)
     judge.catches(p_values(other, measured.sizes["batch"]))
-    assert sum(row.spread.low > 0 for row in other.values()) > 15
+    assert sum(row.components.low > 0 for row in other.values()) > 15
     row = other["specular", 60.0, 0.8]
     assert row.advice.dominant == "surfaces"
     assert row.advice.surfaces == 48
@@ -76,9 +76,9 @@ def test_errors_are_those_that_are_printed(surfaces):
     rows = known(measured)
     for name in albedos.QUANTITIES:
         error = albedos.standard_error(measured, name, 1.5, 0.2).sel(theta_i=60).item()
-        assert rows[name, 60.0, 0.2].spread.error == pytest.approx(error, rel=1e-12)
+        assert rows[name, 60.0, 0.2].components.error == pytest.approx(error, rel=1e-12)
     for kind in ("specular", "body"):
-        found = rows[f"{kind} lobe", 60.0, 0.2].spread
+        found = rows[f"{kind} lobe", 60.0, 0.2].components
         wanted = uncertainty.lobe_error(measured, kind, 1.5, 0.2).sel(theta_i=60).item()
         assert found.error / found.mean == pytest.approx(wanted, rel=1e-12)
 

@@ -9,7 +9,7 @@ from scipy.special import gammaln, stdtr
 from microsurf.physics import fresnel
 from microsurf.stability import domain
 from microsurf.stability.case import ENOUGH, points
-from microsurf.stability.functions import LAWS
+from microsurf.stability.functions import FUNCTIONS
 from microsurf.stability.map import summarise
 from microsurf.stability.samplers import SAMPLERS
 from microsurf.stability.sweep import sweep
@@ -32,26 +32,26 @@ SMALL = {
 }
 
 
-def found(law, values=SMALL):
-    return summarise(law, list(points(law, values)))
+def found(function, values=SMALL):
+    return summarise(function, list(points(function, values)))
 
 
 def named(name):
-    return next(law for law in LAWS if law.name == name)
+    return next(function for function in FUNCTIONS if function.name == name)
 
 
-@pytest.mark.parametrize("law", [*LAWS, *SAMPLERS], ids=lambda law: law.name)
-def test_twelve_digits_beyond_conditioning(law):
-    summary = found(law)
+@pytest.mark.parametrize("function", [*FUNCTIONS, *SAMPLERS], ids=lambda function: function.name)
+def test_twelve_digits_beyond_conditioning(function):
+    summary = found(function)
     assert summary.worst.kept >= ENOUGH, summary.worst
     assert summary.verdict == "ok"
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("law", [*LAWS, *SAMPLERS], ids=lambda law: law.name)
-def test_twelve_digits_beyond_conditioning_on_the_fine_map(law):
+@pytest.mark.parametrize("function", [*FUNCTIONS, *SAMPLERS], ids=lambda function: function.name)
+def test_twelve_digits_beyond_conditioning_on_the_fine_map(function):
     """Or a note says where not, and why."""
-    summary = found(law, domain.FULL)
+    summary = found(function, domain.FULL)
     assert summary.verdict != "short", summary.worst
 
 
@@ -102,7 +102,14 @@ def test_what_is_no_number_has_no_digits():
 
 def test_no_nan_no_infinity_nothing_negative():
     counts = sweep(12, 500, np.random.default_rng(7))
-    assert {row.law for row in counts} >= {"D", "Λ", "Λ, σ = 0", "F", "r_i", "albedo of a facet"}
+    assert {row.function for row in counts} >= {
+        "D",
+        "Λ",
+        "Λ, σ = 0",
+        "F",
+        "r_i",
+        "albedo of a facet",
+    }
     for row in counts:
         assert row.values > 0
         assert (row.nan, row.infinite, row.negative) == (0, 0, 0), row
@@ -110,6 +117,6 @@ def test_no_nan_no_infinity_nothing_negative():
 
 def test_what_is_no_number_is_counted(monkeypatch):
     monkeypatch.setattr("microsurf.physics.vcavity.g1", lambda *_: np.array([np.nan, np.inf, -1]))
-    counts = {row.law: row for row in sweep(2, 10, np.random.default_rng(7))}
+    counts = {row.function: row for row in sweep(2, 10, np.random.default_rng(7))}
     row = counts["G1, V-cavity"]
     assert (row.values, row.nan, row.infinite, row.negative) == (6, 2, 2, 2)

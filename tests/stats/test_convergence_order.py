@@ -79,13 +79,12 @@ def test_no_order_is_read_out_of_noise(judge):
     assert order(Mean(1.0, 0.0, 9), Mean(0.0, 0.0, 9), Mean(0.5, 0.0, 9)) is None
 
 
-@pytest.mark.parametrize("freedom", [[11, 11, 11, 11], [15, 7, 3]])
-def test_powers_cover(freedom, judge):
+@pytest.mark.parametrize("dof", [[11, 11, 11, 11], [15, 7, 3]])
+def test_powers_cover(dof, judge):
     rng = np.random.default_rng(judge.seed(5))
-    sizes = 4.0 ** np.arange(len(freedom))
+    sizes = 4.0 ** np.arange(len(dof))
     found = [
-        power(sizes, sizes**-0.5 * np.sqrt(rng.chisquare(freedom) / freedom), freedom)
-        for _ in range(RUNS)
+        power(sizes, sizes**-0.5 * np.sqrt(rng.chisquare(dof) / dof), dof) for _ in range(RUNS)
     ]
     judge.keeps(covered(found, -0.5))
     values = np.array([f.value for f in found])

@@ -7,10 +7,10 @@ from judge import rate
 from microsurf.errors import InputError
 from microsurf.stats.variance_components import (
     CONFIDENCE,
-    advice,
+    components_of,
+    improvement,
     of_variances,
     satterthwaite,
-    spread,
 )
 
 RUNS = 2000
@@ -29,8 +29,8 @@ def found(between, within, surfaces, batches, seed):
     rng = np.random.default_rng(seed)
     for _ in range(RUNS):
         values, variances = simulated(between, within, surfaces, batches, rng)
-        freedom = satterthwaite(variances, np.full(surfaces, batches - 1))
-        yield spread(values, variances, freedom)
+        dof = satterthwaite(variances, np.full(surfaces, batches - 1))
+        yield components_of(values, variances, dof)
 
 
 @pytest.mark.parametrize("surfaces", [2, 4, 12])
@@ -52,10 +52,10 @@ def test_taking_all_of_the_spread_for_surfaces_would_not_cover(judge):
     inside = []
     for _ in range(RUNS):
         values, variances = simulated(1.0, 2.0, 12, 8, rng)
-        s = spread(values, 0 * variances)
+        s = components_of(values, 0 * variances)
         inside.append(s.low <= 1 <= s.high)
     judge.catches(rate(sum(inside), RUNS, CONFIDENCE, 0.985))
-    inside = [spread(*simulated(0.0, 1.0, 200, 2, rng)).low == 0 for _ in range(RUNS)]
+    inside = [components_of(*simulated(0.0, 1.0, 200, 2, rng)).low == 0 for _ in range(RUNS)]
     judge.catches(rate(sum(inside), RUNS, ONE_SIDED, 1.0))
     known = [s.low == 0 for s in found(0.0, 1.0, 200, 2, judge.seed(4))]
     judge.keeps(rate(sum(known), RUNS, ONE_SIDED, 1.0))
@@ -72,10 +72,10 @@ def test_estimates_on_average(judge):
 
 
 def test_satterthwaite_of_equal_variances_adds_up_and_is_less_else():
-    freedom = np.array([7.0, 7.0, 7.0])
-    assert satterthwaite(np.ones(3), freedom) == pytest.approx(21)
-    assert satterthwaite(np.array([100.0, 1.0, 1.0]), freedom) == pytest.approx(7, rel=0.05)
-    assert satterthwaite(np.zeros(3), freedom) > 1e6
+    dof = np.array([7.0, 7.0, 7.0])
+    assert satterthwaite(np.ones(3), dof) == pytest.approx(21)
+    assert satterthwaite(np.array([100.0, 1.0, 1.0]), dof) == pytest.approx(7, rel=0.05)
+    assert satterthwaite(np.zeros(3), dof) > 1e6
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.1, 1.0), (0.5, 1.0), (1.0, 0.1)])
@@ -83,7 +83,7 @@ def test_what_is_advised_halves_the_error(between, within, judge):
     """40 000 means know their spread to 0.35 %."""
     rng = np.random.default_rng(judge.seed(6))
     now = of_variances(4, 1.0, between**2 + within**2, within**2)
-    bought = advice(now)
+    bought = improvement(now)
 
     def error(surfaces, rays):
         size = (40_000, surfaces)
@@ -113,26 +113,26 @@ def test_who_dominates_is_said_only_where_it_is_known():
     assert from_one(8, 1e-4).dominant == "surfaces"
     assert from_one(200, 0.99).dominant == "rays"
     assert from_one(3, 0.5).dominant == "either"
-    assert "rays alone leave 99 %" in advice(from_one(8, 0.02)).text
-    assert "32 surfaces instead of 8" in advice(from_one(8, 0.02)).text
-    assert advice(from_one(200, 0.99)).text.startswith("rays dominate: 4.1")
+    assert "rays alone leave 99 %" in improvement(from_one(8, 0.02)).text
+    assert "32 surfaces instead of 8" in improvement(from_one(8, 0.02)).text
+    assert improvement(from_one(200, 0.99)).text.startswith("rays dominate: 4.1")
 
 
 def test_one_surface_knows_nothing_of_others():
-    alone = spread(np.array([0.5]), np.array([0.01]))
+    alone = components_of(np.array([0.5]), np.array([0.01]))
     assert (alone.mean, alone.error, alone.within) == (0.5, 0.1, 0.1)
     assert (alone.low, alone.high, alone.dominant) == (0, np.inf, "either")
-    assert advice(alone).surfaces == 4
-    assert advice(alone, only=True).surfaces is None
-    assert advice(alone, only=True).rays == 4
-    exact = spread(np.array([0.5, 0.5]), np.zeros(2))
-    assert advice(exact).text == "no error: nothing to buy"
+    assert improvement(alone).surfaces == 4
+    assert improvement(alone, only=True).surfaces is None
+    assert improvement(alone, only=True).rays == 4
+    exact = components_of(np.array([0.5, 0.5]), np.zeros(2))
+    assert improvement(exact).text == "no error: nothing to buy"
 
 
 def test_as_many_variances_as_values():
     for values, variances in (([], []), ([1.0], [1.0, 2.0])):
         with pytest.raises(InputError, match="one of each"):
-            spread(np.array(values), np.array(variances))
+            components_of(np.array(values), np.array(variances))
 
 
 @pytest.mark.parametrize("together", [0.0, 1.0])
@@ -149,7 +149,7 @@ def test_intervals_of_lobes_cover(together, surfaces, judge):
         alone, common = rng.standard_normal((surfaces, bins)), rng.standard_normal((surfaces, 1))
         values = np.sqrt(1 - together) * alone + np.sqrt(together) * common
         values += rng.standard_normal((surfaces, bins))
-        found = spread(values, np.ones_like(values))
+        found = components_of(values, np.ones_like(values))
         inside += found.low**2 <= bins <= found.high**2
         far += found.low**2 <= 1000 * bins <= found.high**2
     judge.keeps(rate(inside, RUNS, CONFIDENCE, 1.0))

@@ -36,6 +36,6 @@ def test_autocorrelation_of_the_initial_field(judge):
     ratio = found[:, 1:] / variance
     # The common variance is of these fields as well: what a lag is off by follows it.
     error = (found[:, 1:] - expected * found[:, :1]).std(axis=0, ddof=1) / variance / np.sqrt(200)
-    judge.near(ratio.mean(axis=0), expected, error, freedom=199)
+    judge.near(ratio.mean(axis=0), expected, error, dof=199)
     longer = (plain ** (1 / 1.03**2) - lost) / (1 - lost)
-    judge.tells(ratio.mean(axis=0), longer, error, freedom=199)
+    judge.tells(ratio.mean(axis=0), longer, error, dof=199)

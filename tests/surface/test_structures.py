@@ -207,11 +207,11 @@ def azimuths(gamma, structure, first, seeds=16):
 )
 def test_azimuths_are_isotropic(gamma, structure, judge):
     mean, error = azimuths(gamma, structure, judge.seed(0))
-    judge.near(mean, 0, error, freedom=15)
+    judge.near(mean, 0, error, dof=15)
 
 
 def test_cliffs_in_the_middle_show_the_diagonals_as_documented(judge):
     """Negative control of the same test, and a known limit: sin 2φ of 0.026 at γ = 2."""
     mean, error = azimuths(2.0, "middle", judge.seed(0), seeds=48)
-    judge.tells(mean, 0, error, freedom=47)
-    judge.near(mean[3], 0.026, error[3], freedom=47, within=0.01)
+    judge.tells(mean, 0, error, dof=47)
+    judge.near(mean[3], 0.026, error[3], dof=47, within=0.01)

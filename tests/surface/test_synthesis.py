@@ -112,7 +112,7 @@ def test_azimuths_are_isotropic(gamma, sigma_y, cells, seeds, judge):
     """The negative control is the next test."""
     numbers = range(judge.seed(0), judge.seed(0) + seeds)
     mean, error = harmonics(gamma, 0.5, sigma_y, numbers, cells=cells)
-    judge.near(mean, 0, error, freedom=seeds - 1)
+    judge.near(mean, 0, error, dof=seeds - 1)
 
 
 def test_azimuths_show_the_diagonals_without_the_tilt(monkeypatch, judge):
@@ -123,7 +123,7 @@ def test_azimuths_show_the_diagonals_without_the_tilt(monkeypatch, judge):
     numbers = range(judge.seed(0), judge.seed(0) + 40)
     mean, error = harmonics(8.0, 0.5, 0.5, numbers, cells=(128, 192), correlation=3.0)
     assert mean[3] < 0
-    judge.tells(mean, 0, error, freedom=39)
+    judge.tells(mean, 0, error, dof=39)
 
 
 def _with_workers(transform, count, *arguments, **options):

@@ -346,8 +346,8 @@ def test_batches_know_the_error_of_a_sum(judge):
 
     def p_value(factor):
         """Of a variance claimed ``factor`` times; the claim has more freedom than one run's."""
-        ratio, freedom = spread / (factor * claimed), (39, 40 * (len(runs[0].batches) - 1))
-        return min(2 * stats.f.sf(ratio, *freedom), 2 * stats.f.cdf(2 * ratio, *freedom), 1)
+        ratio, dof = spread / (factor * claimed), (39, 40 * (len(runs[0].batches) - 1))
+        return min(2 * stats.f.sf(ratio, *dof), 2 * stats.f.cdf(2 * ratio, *dof), 1)
 
     judge.keeps(p_value(1))
     judge.catches(p_value(1 / 16))

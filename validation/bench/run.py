@@ -52,7 +52,7 @@ class Mesh:
 
 
 @dataclass(frozen=True)
-class Effort:
+class BenchEffort:
     """How much to do.
 
     A ratio of variances from K and K' batches has a relative standard error near
@@ -70,7 +70,7 @@ class Effort:
     growth_paths: int
 
 
-FULL = Effort(
+FULL = BenchEffort(
     (Mesh(8.0, 0.7, 512), Mesh(2.0, 0.3, 1024), Mesh(40.0, 1.0, 1024)),
     turns=4,
     turn_paths=2**21,
@@ -81,7 +81,7 @@ FULL = Effort(
     sizes=(128, 256, 512, 1024, 2048, 4096),
     growth_paths=2**22,
 )
-QUICK = Effort(
+QUICK = BenchEffort(
     tuple(Mesh(mesh.gamma, mesh.sigma, 128) for mesh in FULL.meshes),
     turns=2,
     turn_paths=2**20,
@@ -94,7 +94,7 @@ QUICK = Effort(
 )
 
 
-def agree(mesh: Mesh, effort: Effort) -> list[Row]:
+def agree(mesh: Mesh, effort: BenchEffort) -> list[Row]:
     """Whether the two engines see the same, before they are timed: z of every albedo.
 
     On a mesh of 256² cells, with the light at φ = 0 for both.
@@ -118,7 +118,7 @@ def agree(mesh: Mesh, effort: Effort) -> list[Row]:
     return rows
 
 
-def compare(mesh: Mesh, effort: Effort) -> list[Row]:
+def compare(mesh: Mesh, effort: BenchEffort) -> list[Row]:
     """Rows of one mesh."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "surface.npz"
@@ -141,7 +141,7 @@ def compare(mesh: Mesh, effort: Effort) -> list[Row]:
     return rows
 
 
-def _batches(player: Player, count: int, effort: Effort, name: str) -> tuple[Array, float]:
+def _batches(player: Player, count: int, effort: BenchEffort, name: str) -> tuple[Array, float]:
     """Trace independent batches.
 
     Returns their fluxes, shape (batches, angles, order, kind, ring, sector), and the
@@ -163,7 +163,9 @@ def _memory(mesh: Mesh, ours: Player, theirs: Player) -> list[Row]:
     ]
 
 
-def _speed(mesh: Mesh, theta: float, ours: Player, theirs: Player, effort: Effort) -> list[Row]:
+def _speed(
+    mesh: Mesh, theta: float, ours: Player, theirs: Player, effort: BenchEffort
+) -> list[Row]:
     """Rows of one case's turns; the first one's ratio is that of light rays a second."""
     mine, others = [], {variant: [] for variant in ("", *VARIANTS)}
     name = f"{mesh.name}, θ = {theta:g}°"
@@ -225,7 +227,7 @@ def _turns_row(
     )
 
 
-def _energy(mesh: Mesh, ours: Player, theirs: Player, effort: Effort) -> list[Row]:
+def _energy(mesh: Mesh, ours: Player, theirs: Player, effort: BenchEffort) -> list[Row]:
     """Albedo + lost − 1 at Kd = 1, where nothing is absorbed, with its standard error."""
     rows = []
     sides = []

@@ -54,7 +54,7 @@ ALL_ORDERS = ("smith-walk", "vcavity-walk")
 
 
 @dataclass(frozen=True)
-class Case:
+class StructureCase:
     """One kind of surface."""
 
     gamma: float
@@ -90,7 +90,7 @@ class Case:
 
 
 CASES = tuple(
-    Case(gamma, sigma, length, structure)
+    StructureCase(gamma, sigma, length, structure)
     for gamma, sigma, length, structure in (
         *product(GAMMAS, (0.5,), (8.0,), STRUCTURES),
         *product((2.0,), (0.5,), (4.0, 16.0), STRUCTURES),
@@ -126,7 +126,7 @@ def means(albedos: Array) -> tuple[Array, Array]:
     return albedos.mean(axis=0), albedos.std(axis=0, ddof=1) / np.sqrt(len(albedos))
 
 
-def need(case: Case) -> float:
+def need(case: StructureCase) -> float:
     """Largest error over its target; ∞ for a case not begun."""
     albedos = case.albedos
     if not len(albedos):
@@ -138,7 +138,7 @@ def need(case: Case) -> float:
     return float(max(off))
 
 
-def add_surfaces(case: Case) -> None:
+def add_surfaces(case: StructureCase) -> None:
     """Trace one more batch."""
     done = case.albedos
     traced = measure(case.scene, seed=len(done) // BATCH, workers=2)
@@ -149,7 +149,7 @@ def add_surfaces(case: Case) -> None:
 
 def theory(gamma: float, sigma: float) -> Iterator[Row]:
     """Rows of every theory; walks err by their numbers, which a binomial law bounds."""
-    scene = Case(gamma, sigma, 8.0, STRUCTURES[0]).scene
+    scene = StructureCase(gamma, sigma, 8.0, STRUCTURES[0]).scene
     for model in dict.fromkeys((*ORDER_1, *ALL_ORDERS)):
         walks = WALKS.get(model)
         found = walk(scene, model, walks=walks, seed=1) if walks else predict(scene, model)
@@ -167,7 +167,7 @@ def theory(gamma: float, sigma: float) -> Iterator[Row]:
                 }  # fmt: skip
 
 
-def measured(case: Case) -> Iterator[Row]:
+def measured(case: StructureCase) -> Iterator[Row]:
     """Rows of one kind of surface."""
     albedos = case.albedos
     mean, error = means(albedos)
@@ -181,7 +181,7 @@ def measured(case: Case) -> Iterator[Row]:
         }  # fmt: skip
 
 
-def realised(case: Case) -> Row:
+def realised(case: StructureCase) -> Row:
     """What the first surface of a case realises, and the largest errors of its albedos."""
     made = surface_statistics(surface_of(case.scene, 0, 0), case.gamma, case.sigma)
     mean, error = means(case.albedos)

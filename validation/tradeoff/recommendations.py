@@ -28,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from microsurf.analysis.tradeoff.effort import EFFORTS, Effort
+from microsurf.analysis.tradeoff.effort import EFFORTS, TradeoffEffort
 from microsurf.analysis.tradeoff.pareto import error
 from microsurf.analysis.tradeoff.recommend import advise
 from microsurf.analysis.tradeoff.study import refer, squared
@@ -56,7 +56,7 @@ def draw(number: int) -> tuple[Scene, float]:
     return scene, float(rng.choice(TOLERANCES))
 
 
-def check(number: int, brute: Effort) -> dict[str, object]:
+def check(number: int, brute: TradeoffEffort) -> dict[str, object]:
     """One row."""
     begin = time.perf_counter()
     scene, tolerance = draw(number)

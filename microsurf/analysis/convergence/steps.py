@@ -9,7 +9,7 @@ _LEAST_PATHS = 1024
 
 
 @dataclass(frozen=True)
-class Effort:
+class ConvergenceEffort:
     """How far the steps go: factors of the scene's cells, and work for each.
 
     ``surfaces`` at the scene's settings, ``fewer`` on larger meshes; ``paths`` for each
@@ -27,17 +27,17 @@ class Effort:
 
 
 EFFORTS = {
-    "quick": Effort((0.25, 0.5, 1, 2), 16, 8, 32_768, 1024, 12, 131_072),
-    "full": Effort((0.25, 0.5, 1, 2, 4), 32, 8, 262_144, 2048, 24, 1_048_576),
+    "quick": ConvergenceEffort((0.25, 0.5, 1, 2), 16, 8, 32_768, 1024, 12, 131_072),
+    "full": ConvergenceEffort((0.25, 0.5, 1, 2, 4), 32, 8, 262_144, 2048, 24, 1_048_576),
 }
 
 
-def own(scene: Scene, effort: Effort) -> Surface:
+def own(scene: Scene, effort: ConvergenceEffort) -> Surface:
     """The scene's own settings, on as many surfaces as the effort has."""
     return replace(scene.surface, realisations=effort.surfaces)
 
 
-def mesh_steps(scene: Scene, effort: Effort) -> list[Surface]:
+def mesh_steps(scene: Scene, effort: ConvergenceEffort) -> list[Surface]:
     """From coarse to fine; the tile keeps its size in correlation lengths."""
     mine = own(scene, effort)
     steps = []
@@ -50,7 +50,7 @@ def mesh_steps(scene: Scene, effort: Effort) -> list[Surface]:
     return steps
 
 
-def tile_steps(scene: Scene, effort: Effort) -> list[Surface]:
+def tile_steps(scene: Scene, effort: ConvergenceEffort) -> list[Surface]:
     """From small to large; small tiles differ more, so there are more of them."""
     mine = own(scene, effort)
     steps = []
@@ -62,11 +62,11 @@ def tile_steps(scene: Scene, effort: Effort) -> list[Surface]:
     return steps
 
 
-def _possible(cells: int, mine: Surface, effort: Effort) -> bool:
+def _possible(cells: int, mine: Surface, effort: ConvergenceEffort) -> bool:
     return _LEAST_CELLS <= cells <= max(effort.cells, mine.cells) or cells == mine.cells
 
 
-def ray_counts(scene: Scene, effort: Effort) -> list[int]:
+def ray_counts(scene: Scene, effort: ConvergenceEffort) -> list[int]:
     """Four numbers of paths, each four times the one before, up to the scene's own."""
     most = max(min(scene.accuracy.paths, effort.most_paths), _LEAST_PATHS)
     return [count for k in (3, 2, 1, 0) if (count := most // 4**k) >= _LEAST_PATHS]

@@ -35,10 +35,10 @@ from ...errors import InputError
 from ...results import albedos
 from ...scene import Accuracy, Scene, Surface
 from ...stats.convergence_order import difference, mean_of, order, part_and_whole, power
-from ...stats.variance_components import spread
+from ...stats.variance_components import components_of
 from ...surface import surface_of
 from ...trace import measure
-from .steps import EFFORTS, Effort, mesh_steps, own, ray_counts, tile_steps
+from .steps import EFFORTS, ConvergenceEffort, mesh_steps, own, ray_counts, tile_steps
 
 Row = dict[str, Any]
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ class Convergence:
 
 def converge(
     scene: Scene,
-    effort: Effort = EFFORTS["quick"],
+    effort: ConvergenceEffort = EFFORTS["quick"],
     *,
     seed: int = 0,
     workers: int | None = None,
@@ -244,8 +244,8 @@ def _rays(found: Convergence, place: _Place, steps: list[tuple[int, _Values]]) -
             apart = replace(apart, value=0.0, low=0.0, high=0.0)
         found.rays.append(row | _named("difference", apart))
     deviations = [float(of_one.std(ddof=1)) for _, (of_one, _) in steps]
-    freedom = [len(of_one) - 1 for _, (of_one, _) in steps]
-    exponent = power([count for count, _ in steps], deviations, freedom)
+    dof = [len(of_one) - 1 for _, (of_one, _) in steps]
+    exponent = power([count for count, _ in steps], deviations, dof)
     _power(found, "rays", place, exponent)
 
 
@@ -264,7 +264,7 @@ def _left(found: Convergence, place: _Place, scene: Scene, at: _Values | None) -
     if at is None:
         return row
     values, errors = at
-    between = spread(values, errors**2).between
+    between = components_of(values, errors**2).between
     row["realisations"] = between / float(np.sqrt(count) * values.mean())
     for study in ("mesh", "tile"):
         rows = [r for r in getattr(found, study) if r.items() >= place.labels.items()]

@@ -23,7 +23,7 @@ from ...scene import Scene
 from ...surface import Heightfield, facet_slopes
 from .refinement import Refinement
 from .regions import FIRST, HIGHER, LOBES, REGIONS, components, of_order_one, region_masks
-from .terms import TERMS, Case, Estimate, Term, split
+from .terms import TERMS, Case, Term, TermEstimate, split
 
 Array = NDArray[np.float64]
 
@@ -163,11 +163,11 @@ def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, 
 
 def _parts(
     models: tuple[xr.Dataset, xr.Dataset | None], n: float, kd: float, place: tuple[int, int]
-) -> dict[str, Estimate]:
+) -> dict[str, TermEstimate]:
     """Order 1 of the first model, later orders of the second."""
     first, walk = models
     found = {
-        q: Estimate(float(v[0][place])) for q, v in components(first, n, kd).items()
+        q: TermEstimate(float(v[0][place])) for q, v in components(first, n, kd).items()
         if q in (*FIRST, *LOBES)
     }  # fmt: skip
     if walk is not None:
@@ -176,23 +176,25 @@ def _parts(
     return found
 
 
-def _walked(walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]) -> dict[str, Estimate]:
+def _walked(
+    walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]
+) -> dict[str, TermEstimate]:
     """Parts of a walk; a path brings 0 … 1, so that the variance of a part is below the part."""
     paths = float(walk.paths.values[0][place]) if "paths" in walk else np.inf
     return {
-        q: Estimate(float(v[0][place]), _NORMAL * float(np.sqrt(max(v[0][place], 0.0) / paths)))
+        q: TermEstimate(float(v[0][place]), _NORMAL * float(np.sqrt(max(v[0][place], 0.0) / paths)))
         for q, v in components(walk, n, kd).items()
     }
 
 
 def _expected(
-    seen: Mapping[str, Estimate],
-    ideal: Mapping[str, Estimate],
+    seen: Mapping[str, TermEstimate],
+    ideal: Mapping[str, TermEstimate],
     walk: xr.Dataset | None,
     n: float,
     kd: float,
     place: tuple[int, int],
-) -> dict[str, Estimate]:
+) -> dict[str, TermEstimate]:
     """Return later orders of a theory whose every event has the user BRDF's faults of order 1.
 
     Orders of b body events have the ratio of the body b times, that of mirroring else.
@@ -209,17 +211,17 @@ def _expected(
     return {q: walked[q] for q in HIGHER if q in walked}
 
 
-def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, Estimate]:
+def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, TermEstimate]:
     """What slopes change of each part: mean of independent runs, its error from their spread."""
     factor = float(stats.t.ppf(0.975, len(runs) - 1)) / np.sqrt(len(runs))
     found = {}
     for q in runs[0]:
         values = np.array([run[q] for run in runs])
-        found[q] = Estimate(float(values.mean()), factor * float(values.std(ddof=1)))
+        found[q] = TermEstimate(float(values.mean()), factor * float(values.std(ddof=1)))
     return found
 
 
-def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, Estimate]:
+def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, TermEstimate]:
     """The same of later orders."""
     albedos = datasets.by_kind(change, n, kd).sum("kind").transpose("batch", "order").values[:, 1:]
     return _of_slopes([dict(zip(HIGHER, albedos[k], strict=True)) for k in range(BATCHES)])

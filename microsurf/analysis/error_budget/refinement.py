@@ -18,7 +18,7 @@ from ...scene import MAX_CELLS, Accuracy, Scene
 from ...surface import Heightfield, generate_surface, realisation_seed, surface_of
 from ...trace import measure
 from .regions import components
-from .terms import Estimate
+from .terms import TermEstimate
 
 Array = NDArray[np.float64]
 
@@ -38,10 +38,10 @@ class Refinement:
     mesh: Estimates
     tile: Estimates
 
-    def parts(self, which: str, kd: float, place: tuple[int, int]) -> dict[str, Estimate]:
+    def parts(self, which: str, kd: float, place: tuple[int, int]) -> dict[str, TermEstimate]:
         """Estimates of one study at one incidence."""
         found = getattr(self, which)[kd]
-        return {q: Estimate(float(v[place]), float(h[place])) for q, (v, h) in found.items()}
+        return {q: TermEstimate(float(v[place]), float(h[place])) for q, (v, h) in found.items()}
 
 
 def refine(
@@ -98,10 +98,10 @@ def _paired(own: Array, fine: Array) -> tuple[Array, Array]:
 def _bound(small: Array, own: Array) -> tuple[Array, Array]:
     """Nothing, give or take what halving changed at the most (Welch's interval)."""
     variances = small.var(axis=0, ddof=1) / len(small)
-    freedom = len(small) - 1
+    dof = len(small) - 1
     if len(own) > 1:
         variances = variances + own.var(axis=0, ddof=1) / len(own)
-        freedom = min(freedom, len(own) - 1)
-    half = float(stats.t.ppf(0.975, freedom)) * np.sqrt(variances)
+        dof = min(dof, len(own) - 1)
+    half = float(stats.t.ppf(0.975, dof)) * np.sqrt(variances)
     change = np.abs(small.mean(axis=0) - own.mean(axis=0))
     return np.zeros_like(change), change + half

@@ -37,23 +37,23 @@ _LEVEL = 0.975
 
 
 @dataclass(frozen=True)
-class Estimate:
+class TermEstimate:
     """A number and the half width of its 95 % interval."""
 
     value: float
     half: float = 0.0
 
-    def __sub__(self, other: "Estimate") -> "Estimate":
+    def __sub__(self, other: "TermEstimate") -> "TermEstimate":
         """Difference of independent estimates."""
-        return Estimate(self.value - other.value, float(np.hypot(self.half, other.half)))
+        return TermEstimate(self.value - other.value, float(np.hypot(self.half, other.half)))
 
-    def __add__(self, other: "Estimate") -> "Estimate":
+    def __add__(self, other: "TermEstimate") -> "TermEstimate":
         """Sum of independent estimates."""
-        return Estimate(self.value + other.value, float(np.hypot(self.half, other.half)))
+        return TermEstimate(self.value + other.value, float(np.hypot(self.half, other.half)))
 
 
-NOTHING = Estimate(0.0)
-Parts = Mapping[str, Estimate]
+NOTHING = TermEstimate(0.0)
+Parts = Mapping[str, TermEstimate]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Case:
     expected: Parts | None = None
     exchange: Mapping[str, float] | None = None
 
-    def realised(self, q: str) -> Estimate:
+    def with_mesh_slopes(self, q: str) -> TermEstimate:
         """Smith with the slopes of the surfaces."""
         return self.theory[q] + self.slopes[q]
 
@@ -154,7 +154,7 @@ class _Sum:
         return cls(0.0, 0.0, np.zeros(1))
 
     @classmethod
-    def of(cls, estimate: Estimate) -> "_Sum":
+    def of(cls, estimate: TermEstimate) -> "_Sum":
         return cls(estimate.value, estimate.half, np.zeros(1))
 
     def __add__(self, other: "_Sum") -> "_Sum":
@@ -190,11 +190,11 @@ def _before(case: Case, q: str) -> dict[str, _Sum]:
             found[term] = _Sum.of(parts[q])
     # What was lost would have left as the rest did; twice as much at the most.
     mean = float(np.mean(case.measured[q]))
-    found["losses"] = _Sum.of(Estimate(-case.lost * mean))
+    found["losses"] = _Sum.of(TermEstimate(-case.lost * mean))
     return found
 
 
-def _model(case: Case, q: str) -> Estimate:
+def _model(case: Case, q: str) -> TermEstimate:
     """Theory less prediction; of later orders less what order 1 lets expect of it."""
     if case.theory is case.predicted:
         return NOTHING
@@ -202,14 +202,16 @@ def _model(case: Case, q: str) -> Estimate:
         return case.theory[q] - case.predicted[q]
     # Of the same walks: their sampling drops out but for the factor.
     off = case.theory[q].value - case.expected[q].value
-    return Estimate(off, abs(case.theory[q].half - case.expected[q].half))
+    return TermEstimate(off, abs(case.theory[q].half - case.expected[q].half))
 
 
 def _rest(case: Case, q: str, before: Mapping[str, _Sum]) -> _Sum:
     """What is left of measured − realised on each surface."""
     explained = [before[term] for term in ("mesh", "losses") if term in before]
-    fixed = sum(found.fixed for found in explained) + case.realised(q).value
-    half = float(np.linalg.norm([case.realised(q).half, *(found.half for found in explained)]))
+    fixed = sum(found.fixed for found in explained) + case.with_mesh_slopes(q).value
+    half = float(
+        np.linalg.norm([case.with_mesh_slopes(q).half, *(found.half for found in explained)])
+    )
     return _Sum(0.0, half, np.asarray(case.measured[q], float) - fixed)
 
 
@@ -229,8 +231,8 @@ def _met_again(case: Case, q: str) -> float:
     That the odds of leaving change at every event as at the first was tried and fits no
     better over three structures, γ and angles.
     """
-    goes_on = case.scattered - sum(case.realised(q).value for q in FIRST)
-    return case.realised(q).value / goes_on if goes_on > 0 else 0.0
+    goes_on = case.scattered - sum(case.with_mesh_slopes(q).value for q in FIRST)
+    return case.with_mesh_slopes(q).value / goes_on if goes_on > 0 else 0.0
 
 
 def _later(case: Case, q: str, rate: float, let_out: "_Sum") -> dict[str, _Sum]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Effort:
+class TradeoffEffort:
     """How much is run.
 
     walks : numbers of walks, and runs of as many. meshes : factor of the scene's mesh, rays
@@ -23,12 +23,12 @@ class Effort:
 
 
 EFFORTS = {
-    "quick": Effort(
+    "quick": TradeoffEffort(
         ((10_000, 48), (100_000, 16), (1_000_000, 4)),
         ((0.25, 16_384, 6), (0.5, 16_384, 6), (1, 16_384, 4), (1, 65_536, 4)),
         1, 1.5, 32_768, 8, 24,
     ),
-    "full": Effort(
+    "full": TradeoffEffort(
         ((10_000, 96), (100_000, 48), (1_000_000, 12), (10_000_000, 4)),
         ((0.25, 16_384, 12), (0.5, 16_384, 12), (1, 65_536, 12), (1, 262_144, 8)),
         2, 2, 262_144, 16, 64,

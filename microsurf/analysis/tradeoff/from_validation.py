@@ -10,8 +10,8 @@ import xarray as xr
 
 from ...scene import Scene
 from .effort import EFFORTS
-from .methods import Run, draws_of, run_all, rungs_of
-from .study import Reference, Tradeoff, judged, with_half_widths
+from .methods import Run, draws_of, methods_of, run_all
+from .study import ReferenceDraws, Tradeoff, judged, with_half_widths
 
 EFFORT = replace(EFFORTS["quick"], walks=((10_000, 8), (100_000, 3)), meshes=())
 """Seconds for a scene."""
@@ -48,20 +48,22 @@ def frontier_of(
     needs = scene.requires
     if measured.sizes["realisation"] < LEAST or not (needs.interface or needs.substrate):
         return None
-    reference = Reference(
+    reference = ReferenceDraws(
         draws_of(measured, scene), scene.surface, int(measured.paths.min()),
         float(measured.attrs["seconds"]), needs.roughness,
     )  # fmt: skip
-    rungs = rungs_of(scene, EFFORT)
+    methods = methods_of(scene, EFFORT)
     made = {
-        rung.name: Run(
-            rung,
-            draws_of(predicted[rung.model][0], scene),
-            (predicted[rung.model][1] / scene.light.angles,),
+        method.name: Run(
+            method,
+            draws_of(predicted[method.model][0], scene),
+            (predicted[method.model][1] / scene.light.angles,),
         )
-        for rung in rungs
-        if rung.model in predicted
+        for method in methods
+        if method.model in predicted
     }
-    rest = [rung for rung in rungs if rung.name not in made]
-    made |= {run.rung.name: run for run in run_all(scene, rest, seed, full=False)}
-    return judged(scene, with_half_widths(scene, reference), [made[rung.name] for rung in rungs])
+    rest = [method for method in methods if method.name not in made]
+    made |= {run.method.name: run for run in run_all(scene, rest, seed, full=False)}
+    return judged(
+        scene, with_half_widths(scene, reference), [made[method.name] for method in methods]
+    )

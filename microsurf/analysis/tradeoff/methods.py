@@ -19,7 +19,7 @@ from ... import memory, model
 from ...results import datasets, detector
 from ...scene import CORRELATIONS, Accuracy, Scene, Surface
 from ...trace import measure
-from .effort import Effort
+from .effort import TradeoffEffort
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -48,7 +48,7 @@ class Draws:
 
 
 @dataclass(frozen=True)
-class Rung:
+class Method:
     """A way of getting a reflectance, the mean of ``averaged`` draws; ``draws`` are made.
 
     tier : 0 takes about 0.1 s an angle or less, 1 seconds, 2 makes surfaces.
@@ -73,7 +73,7 @@ class Run:
     "measured" (of numpy's arrays) or "estimated" (of meshes and Embree's trees).
     """
 
-    rung: Rung
+    method: Method
     draws: Mapping[Place, Draws]
     seconds: tuple[float, ...]
     evaluation: float | None = None
@@ -81,27 +81,27 @@ class Run:
     bytes_basis: str = ""
 
 
-def rungs_of(scene: Scene, effort: Effort) -> list[Rung]:
+def methods_of(scene: Scene, effort: TradeoffEffort) -> list[Method]:
     """All rungs of a scene, about from cheap to dear; one of a flat scene, which all agree on."""
     if not scene.requires.roughness:
-        return [Rung("flat", 0, "flat")]
-    found = [Rung(name, 0, name) for name in ("flat", "approximate")]
+        return [Method("flat", 0, "flat")]
+    found = [Method(name, 0, name) for name in ("flat", "approximate")]
     found += [
-        Rung(_walk_name(kind, walks), int(walks > _MOST_WALKS), kind, walks, draws=draws)
+        Method(_walk_name(kind, walks), int(walks > _MOST_WALKS), kind, walks, draws=draws)
         for walks, draws in effort.walks
         for kind in model.KINDS
     ]
-    found += [Rung(name, 1, name) for name in model.NAMES if name not in ("flat", "approximate")]
+    found += [Method(name, 1, name) for name in model.NAMES if name not in ("flat", "approximate")]
     for factor, paths, draws in effort.meshes:
         mesh = mesh_of(scene, factor)
         found += [
-            Rung(
+            Method(
                 f"{averaged} × {mesh.cells}² L {mesh.correlation:g} {paths} rays",
                 2, "surface", surface=mesh, paths=paths, draws=draws, averaged=averaged,
             )
             for averaged in AVERAGED
         ]  # fmt: skip
-    return list(dict.fromkeys(sorted(found, key=lambda rung: rung.tier)))
+    return list(dict.fromkeys(sorted(found, key=lambda method: method.tier)))
 
 
 def _walk_name(kind: str, walks: int) -> str:
@@ -115,24 +115,24 @@ def mesh_of(scene: Scene, factor: float) -> Surface:
     return replace(scene.surface, cells=cells, correlation=max(length, CORRELATIONS[0]))
 
 
-def run_all(scene: Scene, rungs: list[Rung], seed: int, *, full: bool = True) -> Iterator[Run]:
+def run_all(scene: Scene, methods: list[Method], seed: int, *, full: bool = True) -> Iterator[Run]:
     """Run rungs one after the other; those of the same surfaces share them.
 
     ``full`` times evaluations and repeats, and measures memory, besides.
     """
     traced: dict[tuple[Surface | None, int], Run] = {}
-    for k, rung in enumerate(rungs):
-        if rung.model == "surface":
-            key = rung.surface, rung.paths
+    for k, method in enumerate(methods):
+        if method.model == "surface":
+            key = method.surface, method.paths
             if key not in traced:
-                traced[key] = _surfaces(scene, rung, _seed(seed, 100 + k))
+                traced[key] = _surfaces(scene, method, _seed(seed, 100 + k))
             of_one = traced[key]
-            seconds = tuple(rung.averaged * s for s in of_one.seconds)
-            yield replace(of_one, rung=rung, seconds=seconds)
-        elif rung.walks:
-            yield _walks(scene, rung, _seed(seed, k), full=full)
+            seconds = tuple(method.averaged * s for s in of_one.seconds)
+            yield replace(of_one, method=method, seconds=seconds)
+        elif method.walks:
+            yield _walks(scene, method, _seed(seed, k), full=full)
         else:
-            yield _model(scene, rung, full=full)
+            yield _model(scene, method, full=full)
 
 
 def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
@@ -195,9 +195,9 @@ def _weighed(work: Callable[[], T]) -> tuple[T, int]:
         tracemalloc.stop()
 
 
-def _model(scene: Scene, rung: Rung, *, full: bool) -> Run:
+def _model(scene: Scene, method: Method, *, full: bool) -> Run:
     def predict() -> xr.Dataset:
-        return model.predict(scene, rung.model)
+        return model.predict(scene, method.model)
 
     size = 0
     if full:
@@ -209,55 +209,55 @@ def _model(scene: Scene, rung: Rung, *, full: bool) -> Run:
         times = [first] if first > 0.05 else [_timed(predict)[1] for _ in range(3)]
     seconds = tuple(t / scene.light.angles for t in times)
     return Run(
-        rung, draws_of(dataset, scene), seconds, _evaluation(scene, rung) if full else None,
+        method, draws_of(dataset, scene), seconds, _evaluation(scene, method) if full else None,
         size, "measured",
     )  # fmt: skip
 
 
-def _walks(scene: Scene, rung: Rung, seed: int, *, full: bool) -> Run:
+def _walks(scene: Scene, method: Method, seed: int, *, full: bool) -> Run:
     def walk(k: int, walks: int) -> xr.Dataset:
-        return model.walk(scene, rung.model, walks=walks, seed=_seed(seed, k), workers=1)
+        return model.walk(scene, method.model, walks=walks, seed=_seed(seed, k), workers=1)
 
     walk(0, 2)  # compiled before the clock runs
-    size = _weighed(lambda: walk(0, rung.walks))[1] if full else 0
+    size = _weighed(lambda: walk(0, method.walks))[1] if full else 0
     parts, times = [], []
-    for k in range(rung.draws):
-        dataset, seconds = _timed(lambda k=k: walk(k, rung.walks))  # type: ignore[misc]
+    for k in range(method.draws):
+        dataset, seconds = _timed(lambda k=k: walk(k, method.walks))  # type: ignore[misc]
         parts.append(draws_of(dataset, scene))
         times.append(seconds / scene.light.angles)
-    evaluation = _evaluation(scene, rung) if full else None
-    return Run(rung, joined(parts), tuple(times), evaluation, size, "measured")
+    evaluation = _evaluation(scene, method) if full else None
+    return Run(method, joined(parts), tuple(times), evaluation, size, "measured")
 
 
-def _surfaces(scene: Scene, rung: Rung, seed: int) -> Run:
-    surface = rung.surface or scene.surface
+def _surfaces(scene: Scene, method: Method, seed: int) -> Run:
+    surface = method.surface or scene.surface
     parts, times = [], []
-    for k in range(rung.draws // _AT_A_TIME):
+    for k in range(method.draws // _AT_A_TIME):
         found, seconds = _timed(
-            lambda k=k: trace_surfaces(scene, surface, rung.paths, _AT_A_TIME, _seed(seed, k))  # type: ignore[misc]
+            lambda k=k: trace_surfaces(scene, surface, method.paths, _AT_A_TIME, _seed(seed, k))  # type: ignore[misc]
         )
         parts.append(found)
         times.append(seconds / (_AT_A_TIME * scene.light.angles))
     size = surface.cells**2 * memory.TRACE_BYTES_PER_CELL
     size += scene.light.angles * memory.BYTES_PER_LOBE
-    return Run(rung, joined(parts), tuple(times), None, size, "estimated")
+    return Run(method, joined(parts), tuple(times), None, size, "estimated")
 
 
-def _evaluation(scene: Scene, rung: Rung) -> float:
+def _evaluation(scene: Scene, method: Method) -> float:
     """Seconds of one f(i, o): of many at a time for a model, with its walks for a walk."""
     one = replace(scene, material=replace(scene.material, kd=(max(scene.material.kd),)))
     rng = np.random.default_rng(0)
-    pairs = _PAIRS if not rung.walks else max(1, _MOST_WALKS // rung.walks)
+    pairs = _PAIRS if not method.walks else max(1, _MOST_WALKS // method.walks)
     i = model.direction(np.radians(scene.light.theta[0]), np.radians(scene.light.phi[0]))
     o = model.direction(np.arccos(rng.random(pairs)), 2 * np.pi * rng.random(pairs))
     directions = np.broadcast_to(i, o.shape)
 
     def evaluate() -> object:
-        if rung.walks:
-            return model.evaluate_walk(one, directions, o, rung.model, rung.walks, rng)
-        return model.evaluate(one, directions, o, rung.model)
+        if method.walks:
+            return model.evaluate_walk(one, directions, o, method.model, method.walks, rng)
+        return model.evaluate(one, directions, o, method.model)
 
-    if rung.walks:
-        model.evaluate_walk(one, directions[:1], o[:1], rung.model, 2, rng)  # compiled
-    times = [_timed(evaluate)[1] for _ in range(3 if rung.walks <= _MOST_WALKS else 1)]
+    if method.walks:
+        model.evaluate_walk(one, directions[:1], o[:1], method.model, 2, rng)  # compiled
+    times = [_timed(evaluate)[1] for _ in range(3 if method.walks <= _MOST_WALKS else 1)]
     return float(np.median(times)) / pairs

@@ -41,7 +41,7 @@ class Error:
 
 
 @dataclass(frozen=True)
-class Point:
+class MethodPoint:
     """A rung: name, cost in seconds with its range low … high, and E²."""
 
     name: str
@@ -152,13 +152,13 @@ def _spread(*without: Array) -> tuple[float, float]:
 
 def worse(one: Squared, other: Squared) -> bool:
     """Whether E² of one is above that of the other, beyond the interval of the difference."""
-    spread, freedom = _spread(
+    spread, dof = _spread(
         one.without_own, other.without_own, one.without_reference - other.without_reference
     )
-    return one.value - other.value > float(stats.t.ppf((1 + CONFIDENCE) / 2, freedom)) * spread
+    return one.value - other.value > float(stats.t.ppf((1 + CONFIDENCE) / 2, dof)) * spread
 
 
-def dominated(points: Sequence[Point]) -> dict[str, str]:
+def dominated(points: Sequence[MethodPoint]) -> dict[str, str]:
     """For each dominated rung the cheapest that is both cheaper and better, beyond doubt.
 
     Cheaper: the ranges of cost do not overlap. Better: `worse`. What is within its error

@@ -15,10 +15,10 @@ from ...errors import InputError
 from ...scene import Scene
 from ..ablation import Effect, contributions
 from . import pareto
-from .effort import EFFORTS, Effort
-from .methods import Run, run_all, rungs_of
-from .pareto import Error, Point
-from .study import CHOICES, Reference, bar, check, point, quantities_of, refer, squared
+from .effort import EFFORTS, TradeoffEffort
+from .methods import Run, methods_of, run_all
+from .pareto import Error, MethodPoint
+from .study import CHOICES, ReferenceDraws, bar, check, point, quantities_of, refer, squared
 
 SHARE = 4
 """The reference's half-width is to be this part of the tolerance."""
@@ -37,14 +37,14 @@ class Judged:
     """
 
     run: Run
-    point: Point
+    point: MethodPoint
     error: Error
     verdict: str
     why: str
 
 
 @dataclass(frozen=True)
-class Advice:
+class Recommendation:
     """What to use, None if nothing was shown to hold; what was tried, from cheap to dear."""
 
     quantity: str
@@ -52,7 +52,7 @@ class Advice:
     chosen: Judged | None
     tried: list[Judged]
     skipped: list[str]
-    reference: Reference
+    reference: ReferenceDraws
     effects: list[Effect]
     note: str
     seconds: float
@@ -67,12 +67,12 @@ def advise(
     scene: Scene,
     tolerance: float,
     quantity: str = "albedo",
-    effort: Effort = EFFORTS["quick"],
+    effort: TradeoffEffort = EFFORTS["quick"],
     *,
     seed: int = 0,
     effects: bool = True,
     progress: bool = False,
-) -> Advice:
+) -> Recommendation:
     """Find the cheapest rung whose error of a quantity stays below a tolerance.
 
     Parameters
@@ -96,20 +96,20 @@ def advise(
     check(scene)
     _check(scene, tolerance, quantity)
     begin = time.perf_counter()
-    rungs = rungs_of(scene, effort)
+    methods = methods_of(scene, effort)
     tried: list[Judged] = []
-    with bar(len(rungs) + effort.surfaces, progress=progress) as shown:
+    with bar(len(methods) + effort.surfaces, progress=progress) as shown:
         wanted = quantity, tolerance / SHARE
         few = replace(effort, surfaces=min(_FEW, effort.surfaces))
         reference = refer(scene, few, seed, wanted=wanted, shown=shown)
-        skipped = [rung.name for rung in rungs]
-        for tier in sorted({rung.tier for rung in rungs}):
-            for run in run_all(scene, [r for r in rungs if r.tier == tier], seed, full=False):
+        skipped = [method.name for method in methods]
+        for tier in sorted({method.tier for method in methods}):
+            for run in run_all(scene, [r for r in methods if r.tier == tier], seed, full=False):
                 tried.append(_judge(run, reference, quantity, tolerance))
-                skipped.remove(run.rung.name)
+                skipped.remove(run.method.name)
                 shown.update()
                 # Means of several and finer meshes, which come next, are dearer than one draw.
-                if run.rung.tier == _EXPLICIT and run.rung.averaged == 1 and _holds(tried[-1:]):
+                if run.method.tier == _EXPLICIT and run.method.averaged == 1 and _holds(tried[-1:]):
                     break
             # Dearer tiers hold nothing cheaper than this one does.
             if _holds(tried):
@@ -120,7 +120,9 @@ def advise(
     chosen = next((one for one in tried if one.verdict == "holds"), None)
     note = _note(reference, quantity, tolerance, tried, chosen)
     seconds = time.perf_counter() - begin
-    return Advice(quantity, tolerance, chosen, tried, skipped, reference, found, note, seconds)
+    return Recommendation(
+        quantity, tolerance, chosen, tried, skipped, reference, found, note, seconds
+    )
 
 
 def _check(scene: Scene, tolerance: float, quantity: str) -> None:
@@ -137,7 +139,7 @@ def _holds(tried: list[Judged]) -> bool:
     return any(one.verdict == "holds" for one in tried)
 
 
-def _judge(run: Run, reference: Reference, quantity: str, tolerance: float) -> Judged:
+def _judge(run: Run, reference: ReferenceDraws, quantity: str, tolerance: float) -> Judged:
     placed = point(run, squared(run, reference, quantity))
     error = pareto.error(placed.squared)
     if error.below <= tolerance:
@@ -149,7 +151,7 @@ def _judge(run: Run, reference: Reference, quantity: str, tolerance: float) -> J
 
 
 def _note(
-    reference: Reference,
+    reference: ReferenceDraws,
     quantity: str,
     tolerance: float,
     tried: list[Judged],

@@ -16,9 +16,9 @@ from ...errors import InputError
 from ...results import peak
 from ...scene import Scene, Surface
 from . import pareto
-from .effort import EFFORTS, Effort
-from .methods import Draws, Place, Run, joined, run_all, rungs_of, trace_surfaces
-from .pareto import Point, Squared
+from .effort import EFFORTS, TradeoffEffort
+from .methods import Draws, Place, Run, joined, methods_of, run_all, trace_surfaces
+from .pareto import MethodPoint, Squared
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ _JITTER = 1.1
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceDraws:
     """Draws of the explicit reference by place, and what they are of.
 
     ``half_width`` is that of its 95 % interval, by quantity, relative; of its surfaces alone:
@@ -73,15 +73,19 @@ class Tradeoff:
     """Every rung's run, and by quantity its points and which are dominated by which."""
 
     scene: Scene
-    reference: Reference
+    reference: ReferenceDraws
     runs: list[Run]
-    points: dict[str, list[Point]]
+    points: dict[str, list[MethodPoint]]
     dominated: dict[str, dict[str, str]]
     seconds: float
 
 
 def tradeoff(
-    scene: Scene, effort: Effort = EFFORTS["quick"], *, seed: int = 0, progress: bool = False
+    scene: Scene,
+    effort: TradeoffEffort = EFFORTS["quick"],
+    *,
+    seed: int = 0,
+    progress: bool = False,
 ) -> Tradeoff:
     """Run the ladder on a scene.
 
@@ -93,17 +97,17 @@ def tradeoff(
     """
     check(scene)
     begin = time.perf_counter()
-    rungs = rungs_of(scene, effort)
+    methods = methods_of(scene, effort)
     runs = []
-    with bar(len(rungs) + effort.surfaces, progress=progress) as shown:
+    with bar(len(methods) + effort.surfaces, progress=progress) as shown:
         reference = refer(scene, effort, seed, shown=shown)
-        for run in run_all(scene, rungs, seed):
+        for run in run_all(scene, methods, seed):
             runs.append(run)
             shown.update()
     return replace(judged(scene, reference, runs), seconds=time.perf_counter() - begin)
 
 
-def judged(scene: Scene, reference: Reference, runs: list[Run]) -> Tradeoff:
+def judged(scene: Scene, reference: ReferenceDraws, runs: list[Run]) -> Tradeoff:
     """Points of all runs by quantity, and which are dominated; seconds are those of the runs."""
     points = {
         name: [point(run, squared(run, reference, name)) for run in runs]
@@ -146,12 +150,12 @@ def reference_seed(seed: int, batch: int) -> int:
 
 def refer(
     scene: Scene,
-    effort: Effort,
+    effort: TradeoffEffort,
     seed: int,
     *,
     wanted: tuple[str, float] | None = None,
     shown: "tqdm[None] | None" = None,
-) -> Reference:
+) -> ReferenceDraws:
     """Trace the reference; with ``wanted`` (quantity, half-width) as many surfaces as it takes.
 
     Surfaces are added by as many as there are, up to the effort's most: whether that was
@@ -173,7 +177,7 @@ def refer(
             shown.update(count if len(parts) == 1 else 0)
         draws = joined(parts)
         seconds = time.process_time() - begin
-        found = Reference(draws, own, effort.paths, seconds, scene.requires.roughness)
+        found = ReferenceDraws(draws, own, effort.paths, seconds, scene.requires.roughness)
         found = with_half_widths(scene, found)
         if wanted is None or found.half_width[wanted[0]] <= wanted[1]:
             return found
@@ -182,7 +186,7 @@ def refer(
             return found
 
 
-def with_half_widths(scene: Scene, reference: Reference) -> Reference:
+def with_half_widths(scene: Scene, reference: ReferenceDraws) -> ReferenceDraws:
     """The reference with its own uncertainty, by quantity."""
     found = {
         name: max(pareto.half_width(other) for _, other in _pairs(None, reference, name))
@@ -192,13 +196,13 @@ def with_half_widths(scene: Scene, reference: Reference) -> Reference:
     return replace(reference, half_width=found)
 
 
-def squared(run: Run, reference: Reference, name: str) -> Squared:
+def squared(run: Run, reference: ReferenceDraws, name: str) -> Squared:
     """E² of one quantity of a rung; see `analysis.tradeoff.pareto`."""
     pairs = _pairs(run, reference, name)
-    return pareto.squared(pairs, run.rung.averaged, absolute=name in _DEGREES)
+    return pareto.squared(pairs, run.method.averaged, absolute=name in _DEGREES)
 
 
-def _pairs(run: Run | None, reference: Reference, name: str) -> list[tuple[Array, Array]]:
+def _pairs(run: Run | None, reference: ReferenceDraws, name: str) -> list[tuple[Array, Array]]:
     """Draws of a quantity of the rung (none without one) and of the reference, by place."""
     pairs = []
     for place, of_reference in reference.draws.items():
@@ -206,12 +210,12 @@ def _pairs(run: Run | None, reference: Reference, name: str) -> list[tuple[Array
         if name in ("albedo", "lobe"):
             pairs.append((getattr(own, name), getattr(of_reference, name)))
             continue
-        spread = peak.spread_of(of_reference.specular.mean(axis=0))
-        cuts, theirs = (peak.cut(d.specular, spread) for d in (own, of_reference))
+        width = peak.weight_width(of_reference.specular.mean(axis=0))
+        cuts, theirs = (peak.cut(d.specular, width) for d in (own, of_reference))
         figure = _Figure(("peak", *_DEGREES).index(name))
         theirs = pareto.pseudo_values(theirs, figure)
         # One run is what a user gets; of a mean of several only the jackknife knows.
-        if run is None or run.rung.averaged > 1:
+        if run is None or run.method.averaged > 1:
             mine = pareto.pseudo_values(cuts, figure)
         else:
             mine = np.array([figure(cut) for cut in cuts])
@@ -229,8 +233,8 @@ class _Figure:
         return peak.figures(cut)[[self.which]]
 
 
-def point(run: Run, found: Squared) -> Point:
+def point(run: Run, found: Squared) -> MethodPoint:
     """A rung's place among others: median cost, its range widened by what repeats do not show."""
     cost = np.array(run.seconds)
     ends = float(cost.min()) / _JITTER, float(cost.max()) * _JITTER
-    return Point(run.rung.name, float(np.median(cost)), *ends, found)
+    return MethodPoint(run.method.name, float(np.median(cost)), *ends, found)

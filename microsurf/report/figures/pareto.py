@@ -38,7 +38,7 @@ def rows(found: Tradeoff) -> list[dict[str, Any]]:
                 {
                     "quantity": name,
                     "rung": point.name,
-                    "model": run.rung.model,
+                    "model": run.method.model,
                     "seconds": point.seconds,
                     "seconds_low": point.seconds_low,
                     "seconds_high": point.seconds_high,
@@ -81,7 +81,7 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> Figure:
     drawn = new_figure(3.9)
     line = drawn.subplots(1, len(names), squeeze=False, sharex=True, sharey=True)[0]
     for panel, quantity in zip(line, names, strict=True):
-        draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
+        draw_methods(panel, [row for row in table if row["quantity"] == quantity])
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)
         panel.tick_params(which="both", labelsize=8)
         panel.set_xlabel("processor time of an angle (s)", fontsize=8.5)
@@ -110,7 +110,7 @@ def legend(drawn: Figure, columns: int = 3, title: str = _HOW) -> None:
     )  # fmt: skip
 
 
-def draw_rungs(panel: Axes, table: Sequence[Mapping[str, Any]]) -> None:
+def draw_methods(panel: Axes, table: Sequence[Mapping[str, Any]]) -> None:
     """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
     for row in table:
         colour, marker, label = STYLE[row["model"]]

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES
-from .pareto import LEAST, MOST, STYLE, draw_rungs, legend
+from .pareto import LEAST, MOST, STYLE, draw_methods, legend
 from .style import SMALL, new_figure
 
 Rows = Sequence[Mapping[str, Any]]
@@ -25,7 +25,7 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
     drawn = new_figure(1.75 * lines + 1.2)
     grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for panel, (name, table) in zip(grid.ravel(), tables.items(), strict=False):
-        draw_rungs(panel, [row for row in table if row["quantity"] == quantity])
+        draw_methods(panel, [row for row in table if row["quantity"] == quantity])
         panel.set_title(name, fontsize=SMALL)
         panel.tick_params(which="both", labelsize=8)
     for panel in grid.ravel()[len(tables) :]:
@@ -57,8 +57,8 @@ def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
                 pair = row["error"], row["seconds"] / least
                 found.setdefault((quantity, row["rung"]), []).append(pair)
     rows = []
-    for (quantity, rung), pairs in found.items():
-        row = {"quantity": quantity, "rung": rung, "model": models[rung], "scenes": len(pairs)}
+    for (quantity, method), pairs in found.items():
+        row = {"quantity": quantity, "rung": method, "model": models[method], "scenes": len(pairs)}
         for name, values in zip(("error", "cost"), np.array(pairs).T, strict=True):
             quartiles = np.quantile(values, [0.25, 0.5, 0.75])
             ends = (f"{name}_low", name, f"{name}_high")

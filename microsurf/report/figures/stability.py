@@ -10,7 +10,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from ...stability import Stability
-from ...stability.case import ENOUGH, Point
+from ...stability.case import ENOUGH, DomainPoint
 from ...stability.domain import SYMBOLS, ticked
 from ..stability_text import place
 
@@ -31,7 +31,7 @@ def rows(found: Stability) -> list[dict[str, Any]]:
     """Return the numbers behind the figures: of each cell the place least right."""
     return [
         {
-            "law": point.law,
+            "function": point.function,
             "group": point.group,
             "place": place(point),
             "value": f"{point.value:.6g}",
@@ -40,7 +40,7 @@ def rows(found: Stability) -> list[dict[str, Any]]:
             "attainable": round(point.attainable, 2),
             "kept": round(point.kept, 2),
         }
-        for points in _by_law(found, tuple(GROUPS)).values()
+        for points in _by_function(found, tuple(GROUPS)).values()
         for point in (min(cell, key=lambda point: point.right) for cell in _cells(points).values())
     ]
 
@@ -51,7 +51,7 @@ def figure(found: Stability, group: str) -> Figure:
     A cell is the worst over the law's other coordinates; a cross marks fewer than ENOUGH
     digits beyond what the conditioning costs. Laws of one coordinate share a panel.
     """
-    panels = _panels(_by_law(found, (group,)))
+    panels = _panels(_by_function(found, (group,)))
     lines = -(-len(panels) // _PAIRS)
     drawn = Figure(figsize=(10.2, 2.35 * lines + 0.7), layout="constrained")
     axes = drawn.subplots(lines, 2 * _PAIRS, squeeze=False)
@@ -78,34 +78,34 @@ def figure(found: Stability, group: str) -> Figure:
     return drawn
 
 
-_Cells = dict[tuple[str, str], list[Point]]
+_Cells = dict[tuple[str, str], list[DomainPoint]]
 _Axis = tuple[str, list[str]]
 _Panel = tuple[str, _Cells, _Axis, _Axis]
 
 
-def _by_law(found: Stability, groups: tuple[str, ...]) -> dict[str, list[Point]]:
-    laws: dict[str, list[Point]] = {}
+def _by_function(found: Stability, groups: tuple[str, ...]) -> dict[str, list[DomainPoint]]:
+    functions: dict[str, list[DomainPoint]] = {}
     for point in found.points:
         if point.group in groups:
-            laws.setdefault(point.law, []).append(point)
-    return laws
+            functions.setdefault(point.function, []).append(point)
+    return functions
 
 
-def _cells(points: list[Point]) -> _Cells:
+def _cells(points: list[DomainPoint]) -> _Cells:
     """Gather points of a law that share the first two coordinates."""
     cells: _Cells = {}
     for point in points:
         ticks = [ticked(name, value) for name, value in point.coordinates.items()]
-        key = ticks[0], ticks[1] if len(ticks) > 1 else point.law
+        key = ticks[0], ticks[1] if len(ticks) > 1 else point.function
         cells.setdefault(key, []).append(point)
     return cells
 
 
-def _panels(laws: dict[str, list[Point]]) -> list[_Panel]:
+def _panels(functions: dict[str, list[DomainPoint]]) -> list[_Panel]:
     """Cells of each law and its two axes; laws of one coordinate come last, together."""
     panels: list[_Panel] = []
-    lone: list[Point] = []
-    for name, points in laws.items():
+    lone: list[DomainPoint] = []
+    for name, points in functions.items():
         if len(points[0].coordinates) == 1:
             lone += points
         else:
@@ -115,7 +115,7 @@ def _panels(laws: dict[str, list[Point]]) -> list[_Panel]:
     return panels
 
 
-def _panel(title: str, cells: _Cells, first: Point) -> _Panel:
+def _panel(title: str, cells: _Cells, first: DomainPoint) -> _Panel:
     x, *rest = first.coordinates
     y = SYMBOLS[rest[0]] if rest else ""
     columns, lines = (list(dict.fromkeys(key[k] for key in cells)) for k in (0, 1))

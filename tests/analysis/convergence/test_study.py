@@ -10,13 +10,19 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from microsurf.analysis.convergence.steps import EFFORTS, Effort, mesh_steps, ray_counts, tile_steps
+from microsurf.analysis.convergence.steps import (
+    EFFORTS,
+    ConvergenceEffort,
+    mesh_steps,
+    ray_counts,
+    tile_steps,
+)
 from microsurf.analysis.convergence.study import converge
 from microsurf.cli import entry
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import generate_surface, write_surface
 
-TINY = Effort((0.5, 1, 2), 4, 3, 2000, 64, 4, 4096)
+TINY = ConvergenceEffort((0.5, 1, 2), 4, 3, 2000, 64, 4, 4096)
 SCENE = Scene(
     surface=Surface(cells=32, correlation=4.0, realisations=2),
     light=Light((60.0,)),

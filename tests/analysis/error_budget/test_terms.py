@@ -7,33 +7,37 @@ import pytest
 from judge import rate
 
 from microsurf.analysis.error_budget.regions import FIRST, HIGHER, LOBES, REGIONS, TOTAL
-from microsurf.analysis.error_budget.terms import Case, Estimate, split
+from microsurf.analysis.error_budget.terms import Case, TermEstimate, split
 
 THEORY = dict(zip((*FIRST, *HIGHER), (0.05, 0.4, 0.07, 0.02, 0.01), strict=True))
 LOBE = {q: THEORY[kind] / 4 for kind in FIRST for q in LOBES if q.startswith(kind)}
 
 
-def case(rng=None, *, noise=0.0, change=None, realised=None, predicted=None, count=6, **more):
+def case(
+    rng=None, *, noise=0.0, change=None, with_mesh_slopes=None, predicted=None, count=6, **more
+):
     """A measurement on ``count`` surfaces that is the theory's, but for changes and noise."""
-    theory = {q: Estimate(v) for q, v in (THEORY | LOBE).items()}
+    theory = {q: TermEstimate(v) for q, v in (THEORY | LOBE).items()}
     measured = {}
     for q, v in (THEORY | LOBE).items():
         spread = np.zeros(count) if rng is None else rng.normal(0, noise * v, count)
         measured[q] = v * (1 + (change or {}).get(q, 0.0)) + spread
-    slopes = {q: Estimate(e.value * (realised or {}).get(q, 0.0)) for q, e in theory.items()}
+    slopes = {
+        q: TermEstimate(e.value * (with_mesh_slopes or {}).get(q, 0.0)) for q, e in theory.items()
+    }
     own = theory if predicted is None else {
-        q: Estimate(e.value * (1 + predicted.get(q, 0.0))) for q, e in theory.items()
+        q: TermEstimate(e.value * (1 + predicted.get(q, 0.0))) for q, e in theory.items()
     }  # fmt: skip
     return Case(measured, {}, own, theory, slopes, scattered=0.6, **more)
 
 
 def test_terms_add_up_to_the_difference():
     rng = np.random.default_rng(1)
-    estimates = {q: Estimate(1e-3 * rng.normal(), 1e-4) for q in THEORY | LOBE}
+    estimates = {q: TermEstimate(1e-3 * rng.normal(), 1e-4) for q in THEORY | LOBE}
     made = case(
         rng, noise=0.02, change={q: 0.1 * rng.normal() for q in THEORY},
-        realised={q: 0.05 * rng.normal() for q in THEORY}, predicted={FIRST[1]: 0.2},
-        mesh=estimates, tile=dict.fromkeys(estimates, Estimate(0.0, 1e-3)), lost=1e-4,
+        with_mesh_slopes={q: 0.05 * rng.normal() for q in THEORY}, predicted={FIRST[1]: 0.2},
+        mesh=estimates, tile=dict.fromkeys(estimates, TermEstimate(0.0, 1e-3)), lost=1e-4,
     )  # fmt: skip
     found = split(made)
     assert set(found) == {*FIRST, *HIGHER, *LOBES, TOTAL}
@@ -50,7 +54,7 @@ def largest(terms):
 
 
 def test_each_defect_has_its_term():
-    slopes = split(case(change={FIRST[0]: -0.02}, realised={FIRST[0]: -0.02}))
+    slopes = split(case(change={FIRST[0]: -0.02}, with_mesh_slopes={FIRST[0]: -0.02}))
     masking = split(case(change={FIRST[0]: 0.1}))
     multiple = split(case(change={"order 4+": -1.0}))
     law = split(case(predicted={FIRST[1]: 0.02}))
@@ -82,10 +86,10 @@ def test_light_let_out_at_first_is_not_met_again():
 
 def test_what_is_not_known_of_order_1_is_passed_on_with_its_sign():
     """At Kd = 1 all light leaves: the masking of the total is known whatever order 1 is."""
-    mesh = dict.fromkeys(THEORY | LOBE, Estimate(0.0)) | {FIRST[1]: Estimate(0.0, 0.01)}
+    mesh = dict.fromkeys(THEORY | LOBE, TermEstimate(0.0)) | {FIRST[1]: TermEstimate(0.0, 0.01)}
     whole = case(mesh=mesh)
     whole = replace(whole, scattered=1.0, theory=dict(whole.theory))
-    theory = dict(whole.theory) | {"order 4+": Estimate(1 - sum(THEORY.values()) + 0.01)}
+    theory = dict(whole.theory) | {"order 4+": TermEstimate(1 - sum(THEORY.values()) + 0.01)}
     whole = replace(
         whole, theory=theory, predicted=theory,
         measured=whole.measured | {"order 4+": np.full(6, theory["order 4+"].value)},

@@ -41,7 +41,7 @@ def found(measured):
 
 
 def test_all_models_run_and_no_surface(found):
-    models = {run.rung.model for run in found.runs}
+    models = {run.method.model for run in found.runs}
     assert models == {*model.NAMES, *model.KINDS}
     smith = next(p for p in found.points["albedo"] if p.name == "smith")
     assert smith.seconds == SPENT  # as long as it took when it was made
@@ -78,7 +78,7 @@ def test_sections_of_scenes_and_of_all(found, measured):
     assert not any(row["model"] == "surface" for row in picture.rows)
     other = replace(entry, name="other")
     (over_all,) = sections.of_all([entry, other, bare], [])
-    assert {row["rung"] for row in over_all.pictures[0].rows} == {r.rung.name for r in found.runs}
+    assert {row["rung"] for row in over_all.pictures[0].rows} == {r.method.name for r in found.runs}
     assert {row["scenes"] for row in over_all.pictures[0].rows} == {2}
     assert sections.of_all([entry, bare], []) == []  # it would say the same again
 
@@ -87,5 +87,5 @@ def test_a_flat_scene_has_one_rung_that_is_right():
     flat = replace(SCENE, roughness=Roughness(2.0, (0.0,)), material=Material(1.5, (0.5,)))
     measured = trace.measure(flat, seed=2)
     found = frontier_of(flat, measured, {}, seed=0)
-    assert [run.rung for run in found.runs] == methods.rungs_of(flat, from_validation.EFFORT)
+    assert [run.method for run in found.runs] == methods.methods_of(flat, from_validation.EFFORT)
     assert pareto.error(found.points["albedo"][0].squared).low < 0.01

@@ -5,7 +5,13 @@ import pytest
 from judge import rate
 
 from microsurf.analysis.tradeoff import pareto
-from microsurf.analysis.tradeoff.pareto import Point, error, half_width, pseudo_values, squared
+from microsurf.analysis.tradeoff.pareto import (
+    MethodPoint,
+    error,
+    half_width,
+    pseudo_values,
+    squared,
+)
 
 EXACT = np.array([[1.0]])
 
@@ -88,7 +94,7 @@ def test_pseudo_values_remove_the_bias_of_a_square(judge):
 
 
 def of(name, value, seconds, reference, spread=0.0):
-    return Point(
+    return MethodPoint(
         name, seconds, seconds * 0.9, seconds * 1.1,
         squared([(np.array([[value]]) + spread, reference)]),
     )  # fmt: skip

@@ -12,8 +12,8 @@ from microsurf import model
 from microsurf.analysis import ablation
 from microsurf.analysis.ablation import contributions
 from microsurf.analysis.tradeoff import pareto
-from microsurf.analysis.tradeoff.effort import EFFORTS, Effort
-from microsurf.analysis.tradeoff.methods import draws_of, mesh_of, rungs_of
+from microsurf.analysis.tradeoff.effort import EFFORTS, TradeoffEffort
+from microsurf.analysis.tradeoff.methods import draws_of, mesh_of, methods_of
 from microsurf.analysis.tradeoff.recommend import advise
 from microsurf.analysis.tradeoff.study import quantities_of, tradeoff
 from microsurf.cli import advise as advise_command
@@ -24,7 +24,7 @@ from microsurf.report.figures import pareto as pareto_figure
 from microsurf.results import detector
 from microsurf.scene import Light, Material, Roughness, Scene, Surface, toml
 
-TINY = Effort(((1000, 4), (5000, 3)), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
+TINY = TradeoffEffort(((1000, 4), (5000, 3)), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
 SCENE = Scene(
     roughness=Roughness(8.0, (0.3,)),
     surface=Surface(cells=32, correlation=1.0),
@@ -45,21 +45,21 @@ def found():
 
 def test_every_way_to_a_reflectance_is_a_rung():
     for effort in EFFORTS.values():
-        rungs = rungs_of(Scene(), effort)
-        assert {r.model for r in rungs} == {*model.NAMES, *model.KINDS, "surface"}
-        assert len({r.name for r in rungs}) == len(rungs)
-        assert [r.tier for r in rungs] == sorted(r.tier for r in rungs)
+        methods = methods_of(Scene(), effort)
+        assert {r.model for r in methods} == {*model.NAMES, *model.KINDS, "surface"}
+        assert len({r.name for r in methods}) == len(methods)
+        assert [r.tier for r in methods] == sorted(r.tier for r in methods)
         # What the arithmetic of errors asks for, and pairs of surfaces are traced.
-        assert all(r.draws == 1 or r.draws >= 3 for r in rungs)
-        assert all(r.draws % 2 == 0 for r in rungs if r.model == "surface")
+        assert all(r.draws == 1 or r.draws >= 3 for r in methods)
+        assert all(r.draws % 2 == 0 for r in methods if r.model == "surface")
         assert effort.surfaces >= 3
-    assert [r.name for r in rungs_of(FLAT, TINY)] == ["flat"]
+    assert [r.name for r in methods_of(FLAT, TINY)] == ["flat"]
     assert mesh_of(Scene(), 0.25) == replace(Surface(), cells=128, correlation=2.0)
 
 
 def test_points_have_costs_and_errors(found):
     assert set(found.points) == {"albedo", "peak", "lobe", "position", "width"}
-    assert len(found.runs) == len(rungs_of(SCENE, TINY)) - 1
+    assert len(found.runs) == len(methods_of(SCENE, TINY)) - 1
     for points in found.points.values():
         for point in points:
             assert 0 < point.seconds_low < point.seconds < point.seconds_high
@@ -72,7 +72,7 @@ def test_points_have_costs_and_errors(found):
     assert pareto.error(flat.squared).low > 1
     for run in found.runs:
         assert run.bytes > 0
-        assert (run.evaluation is None) == (run.rung.model == "surface")
+        assert (run.evaluation is None) == (run.method.model == "surface")
 
 
 @pytest.fixture(scope="module")
@@ -87,13 +87,13 @@ def test_the_same_seed_gives_the_same_errors(strict):
         for found in (strict, again)
     )
     assert one == other
-    assert len(one) == len(rungs_of(MIRROR, TINY))
+    assert len(one) == len(methods_of(MIRROR, TINY))
 
 
 def test_rows_and_figure(found):
     rows = pareto_figure.rows(found)
     assert len(rows) == 5 * len(found.runs)
-    names = {run.rung.name for run in found.runs}
+    names = {run.method.name for run in found.runs}
     assert {row["dominated_by"] for row in rows} <= {None, *names}
     assert sum("frontier" in line for line in tradeoff_command._lines(found)) >= 5
     costs = pareto_figure.within(rows)

@@ -34,9 +34,9 @@ def test_by_body_adds_up_to_the_walk_at_every_kd(judge, kd, orders):
     weights = float(body_weight(1.5, kd)) ** np.arange(EVENTS + 1)
     own = (parts @ weights).std(axis=0, ddof=1) / np.sqrt(10)
     errors = np.hypot(own, error.total)
-    judge.near((parts @ weights).mean(axis=0), mean.total, errors, freedom=9)
+    judge.near((parts @ weights).mean(axis=0), mean.total, errors, dof=9)
     # Without the weights it is another BRDF.
-    judge.tells(parts.sum(axis=2).mean(axis=0), mean.total, errors, freedom=9)
+    judge.tells(parts.sum(axis=2).mean(axis=0), mean.total, errors, dof=9)
 
 
 def test_a_conductor_has_no_body_light(judge):
@@ -47,7 +47,7 @@ def test_a_conductor_has_no_body_light(judge):
     assert not np.any(parts[:, :, 1:])
     own = parts[:, :, 0].std(axis=0, ddof=1) / np.sqrt(10)
     errors = np.hypot(own, error.total)
-    judge.near(parts[:, :, 0].mean(axis=0), mean.total, errors, freedom=9)
+    judge.near(parts[:, :, 0].mean(axis=0), mean.total, errors, dof=9)
 
 
 def test_common_random_numbers_follow_small_changes():

@@ -65,10 +65,10 @@ def test_bands_of_order_1_are_the_spread_of_other_rays(repeated, judge):
     for key in ("specular", "body"):
         found = ratios(repeated)[key]
         assert len(found) > 20
-        freedom = (REPEATS - 1) * (len(found) if key == "specular" else 2)
+        dof = (REPEATS - 1) * (len(found) if key == "specular" else 2)
         least = 0.6 if float(dataset.theta_i[0]) > 0 else 0.1
-        law = stats.chi2(freedom)
-        judge.keeps([law.sf(found.mean() * freedom), law.cdf(found.mean() * freedom / least)])
+        law = stats.chi2(dof)
+        judge.keeps([law.sf(found.mean() * dof), law.cdf(found.mean() * dof / least)])
 
 
 def test_bands_of_all_orders_are_an_upper_bound(repeated):

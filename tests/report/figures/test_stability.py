@@ -3,14 +3,14 @@ import math
 from microsurf.report import stability_section, stability_text
 from microsurf.report.figures import stability
 from microsurf.stability import Stability
-from microsurf.stability.case import Point
-from microsurf.stability.limits import Border
+from microsurf.stability.case import DomainPoint
+from microsurf.stability.limits import Limit
 from microsurf.stability.map import Summary
 from microsurf.stability.sweep import Count
 
 
-def point(law, right, kept=15.0, **coordinates):
-    return Point(law, "facet", coordinates, 1.0, 1.0, 10.0, right, 14.0, kept)
+def point(function, right, kept=15.0, **coordinates):
+    return DomainPoint(function, "facet", coordinates, 1.0, 1.0, 10.0, right, 14.0, kept)
 
 
 def found():
@@ -23,13 +23,13 @@ def found():
     ]
     summaries = [Summary("F", "facet", 3, points[1], 11.0, 1, ""),
                  Summary("r_e", "facet", 1, points[3], 13.0, 1, "a | reason")]  # fmt: skip
-    borders = [Border("γ → 3/2", "KS", 0.1, 0.005, "no mesh holds it")]
-    return Stability(points, summaries, [Count("F", 7, 1, 0, 0)], borders, 1.0)
+    limits = [Limit("γ → 3/2", "KS", 0.1, 0.005, "no mesh holds it")]
+    return Stability(points, summaries, [Count("F", 7, 1, 0, 0)], limits, 1.0)
 
 
 def test_rows_hold_the_worst_of_each_cell():
     rows = stability.rows(found())
-    assert [(row["law"], row["right"]) for row in rows] == [
+    assert [(row["function"], row["right"]) for row in rows] == [
         ("F", 11.0), ("F", 14.0), ("r_e", 13.0), ("r_i", 12.5),
     ]  # fmt: skip
     assert rows[0]["place"] == "n = 1, θ = 0, k = 2"
@@ -55,7 +55,7 @@ def test_section_holds_all_that_was_found():
     ]  # fmt: skip
     assert [picture.name for picture in made.pictures] == ["stability-facet"]
     assert "1 of\n7 values" in made.text
-    assert made.tables[0].rows[0]["law"] == "F"
+    assert made.tables[0].rows[0]["function"] == "F"
     assert made.tables[1].rows[0]["verdict"] == "border"
 
 
@@ -70,6 +70,6 @@ def test_tables():
 def test_json_holds_numbers_and_texts():
     values = stability_text.as_json(found())
     assert values["sound"] is False
-    assert values["borders"][0]["verdict"] == "border"
-    assert values["laws"][1]["verdict"] == "stated"
-    assert math.isclose(values["laws"][0]["condition"], 10)
+    assert values["limits"][0]["verdict"] == "border"
+    assert values["functions"][1]["verdict"] == "stated"
+    assert math.isclose(values["functions"][0]["condition"], 10)

@@ -65,7 +65,7 @@ def test_a_flat_tile_has_the_albedo_of_its_facet(judge):
         albedos = np.array([run.flux.sum() for run in runs])
         expected = float(facet.albedo(np.cos(np.radians(theta)), N, KD))
         # float32 weights add 1e−6.
-        judge.near(albedos.mean(), expected, albedos.std(ddof=1) / 4, freedom=15, within=1e-6)
+        judge.near(albedos.mean(), expected, albedos.std(ddof=1) / 4, dof=15, within=1e-6)
         mirror = np.zeros_like(runs[0].flux[0, 0], dtype=bool)
         ring = np.searchsorted([0, *np.arange(1, 90, 2), 90], theta, side="right") - 1
         mirror[ring, slice(None) if theta == 0 else 18] = True

@@ -62,7 +62,7 @@ def test_tables_are_read_as_written(tmp_path):
 
 def test_near_the_mirror_is_a_part_of_the_specular_albedo():
     """Nine bins about (θ_i, 180°) written out, against all of the lobe."""
-    scene = run.Case(8.0, 0.3, 8.0, "independent").scene
+    scene = run.StructureCase(8.0, 0.3, 8.0, "independent").scene
     found = predict(scene, "flat")
     near, specular = (run.quantities(found, name)[0] for name in ("mirror", "specular"))
     assert near == pytest.approx(np.where(np.array(run.THETAS) > 0, specular, near))

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from microsurf.analysis.tradeoff import pareto
-from microsurf.analysis.tradeoff.effort import EFFORTS, Effort
-from microsurf.analysis.tradeoff.pareto import Point
+from microsurf.analysis.tradeoff.effort import EFFORTS, TradeoffEffort
+from microsurf.analysis.tradeoff.pareto import MethodPoint
 from microsurf.report.figures import pareto_all
 from microsurf.scene import Light, Material, Roughness, Scene, toml
 from validation.tradeoff import run as frontiers
 
-TINY = Effort(((1000, 4),), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
+TINY = TradeoffEffort(((1000, 4),), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
 FLAT = Scene(material=Material(1.5, (0.5,)), roughness=Roughness(2.0, (0.0,)))
 
 
 def told(values, costs):
     """What a run says of rungs with these answers to a truth of 1, known to 0.1 %."""
     points = [
-        Point(
+        MethodPoint(
             name, cost, cost / 1.1, cost * 1.1,
             pareto.squared([(np.array([[values[name]]]), REFERENCE)]),
         )
@@ -113,15 +113,15 @@ def test_the_script_writes_goes_on_and_says_what_turned_round(tmp_path, monkeypa
         assert sum(int(row["reversed"]) for row in csv.DictReader(lines)) == 2
 
 
-def rung(name, seconds, error, quantity="albedo"):
+def method(name, seconds, error, quantity="albedo"):
     return {"quantity": quantity, "rung": name, "model": name, "seconds": seconds, "error": error}
 
 
 def test_medians_are_relative_to_each_scene_s_cheapest():
     tables = {
-        "one": [rung("flat", 1.0, 0.5), rung("smith", 10.0, 0.1)],
-        "other": [rung("flat", 2.0, 0.3), rung("smith", 60.0, 0.2)],
-        "alone": [rung("flat", 5.0, 0.0)],  # nothing to compare it with
+        "one": [method("flat", 1.0, 0.5), method("smith", 10.0, 0.1)],
+        "other": [method("flat", 2.0, 0.3), method("smith", 60.0, 0.2)],
+        "alone": [method("flat", 5.0, 0.0)],  # nothing to compare it with
     }
     flat, smith = pareto_all.medians(tables)
     assert (flat["cost"], flat["scenes"]) == (1.0, 2)
