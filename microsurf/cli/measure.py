@@ -30,6 +30,7 @@ from .options import (
     generated,
     light,
     material,
+    of_file,
     roughness,
     say,
     seed,
@@ -43,9 +44,7 @@ from .planned import planned
 @click.command("measure")
 @click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
 @click.option("--surface", "surface_file", type=PATH, help="A heightfield instead of making one.")
-@click.option("--spacing", type=float, help="Side of its cells, if the file does not say.")
-@click.option("--boundary", help="How it goes on beyond its edge: periodic or mirror.")
-@click.option("--level", help="Take out its trend first: none, plane or quadratic.")
+@of_file
 @roughness
 @material
 @generated

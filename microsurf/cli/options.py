@@ -65,6 +65,15 @@ effort = click.option(
     show_default=True,
     help="quick: about a minute on two cores; full: finer meshes, more rays and surfaces.",
 )
+of_file = together(
+    _many("--spacing", "Side of its cells, or DX,DY, if the file does not say."),
+    click.option("--boundary", help="How it goes on beyond its edge: periodic or mirror."),
+    click.option("--level", help="Take out its trend first: none, plane or quadratic."),
+    click.option("--channel", help="Name or number of the file's channel of heights."),
+    click.option("--voids", help="Points not measured: refuse, crop or fill."),
+    click.option("--height-unit", help="Of heights, if the file does not say: nm, or 0.5nm."),
+    click.option("--void-value", type=float, help="The height that marks a void."),
+)
 light = together(
     _many("--theta", "Incidence θ in degrees, e.g. 0,30,60."),
     _many("--phi", "Azimuth of incidence in degrees, from +x."),
@@ -181,6 +190,10 @@ def compose(file: Path | None, **given: Any) -> Scene:
             spacing=given.get("spacing"),
             boundary=given.get("boundary"),
             level=given.get("level"),
+            channel=given.get("channel"),
+            voids=given.get("voids"),
+            height_unit=given.get("height_unit"),
+            void_value=given.get("void_value"),
         ),
         light=over(base.light, theta=given.get("theta"), phi=given.get("phi")),
         accuracy=_accuracy(base.accuracy, given),

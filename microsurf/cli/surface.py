@@ -21,7 +21,9 @@ _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "it
 @generated
 @click.option("--spacing", type=float, help="Side of a cell in your unit of length. Default 1.")
 @seed
-@click.option("--out", type=PATH, required=True, help="FILE.npz, .npy, .ply, .obj or .stl.")
+@click.option(
+    "--out", type=PATH, required=True, help="FILE.npz, .npy, .ply, .obj, .stl, or .x3p (in µm)."
+)
 @allow_truncated_tail
 @as_json
 def make_surface(
@@ -44,12 +46,12 @@ def make_surface(
         cells=wanted.surface.cells,
         correlation=wanted.surface.correlation,
         structure=wanted.surface.structure,
-        spacing=wanted.surface.spacing or 1.0,
+        spacing=surface.square_spacing(wanted.surface),
         seed=seed,
     )
     seconds = time.perf_counter() - begin
     surface.write_surface(made, out)
-    stated |= say(_not_held(out, wanted.surface.spacing))
+    stated |= say(_not_held(out, made.pixel[0]))
     rough = wanted.roughness
     realised = surface.surface_statistics(made, rough.gamma, rough.sigma_x, rough.sigma_y)
     realised["realised_correlation"] = realised.pop("correlation")
@@ -66,9 +68,9 @@ def make_surface(
     )
 
 
-def _not_held(out: Path, spacing: float | None) -> list[str]:
+def _not_held(out: Path, spacing: float) -> list[str]:
     """What a file of bare heights does not say."""
-    if out.suffix.lower() != ".npy" or spacing in (None, 1.0):
+    if out.suffix.lower() != ".npy" or spacing == 1:
         return []
     text = "bare heights, their spacing is not in the file: read it with --spacing"
     return [f"{out}: {text} {spacing!r}, or write .npz"]

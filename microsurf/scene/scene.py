@@ -13,6 +13,8 @@ STRUCTURES = ("independent", "tops", "middle", "extremes")
 """Where the steep facets of a generated surface lie in height."""
 BOUNDARIES = ("periodic", "mirror")
 LEVELS = ("none", "plane", "quadratic")
+VOIDS = ("refuse", "crop", "fill")
+"""What is done with points of a measured surface that were not measured."""
 MAX_CELLS = 16384
 MAX_INDEX = 100.0
 """Largest n and k: beyond, 4/n of the light at most enters, and F is 1 but at grazing."""
@@ -131,16 +133,25 @@ class Roughness:
 
 @dataclass(frozen=True)
 class Surface:
-    """The explicit surface: generated, or read from ``file``."""
+    """The explicit surface: generated, or read from ``file``.
+
+    ``spacing`` is one number, or two along x and y. What a file does not say or offers
+    several times is said here: spacing, boundary, channel, height_unit, void_value; how
+    to go on with it: voids, level. See `surface.read_surface`.
+    """
 
     cells: int = 512
     correlation: float = 8.0
     structure: str = "independent"
     realisations: int = 4
     file: str | None = None
-    spacing: float | None = None
+    spacing: float | tuple[float, ...] | None = None
     boundary: str | None = None
     level: str = "none"
+    channel: str | None = None
+    voids: str | None = None
+    height_unit: str | None = None
+    void_value: float | None = None
 
     def __post_init__(self) -> None:
         _check_cells(self.cells)
@@ -157,12 +168,25 @@ class Surface:
         validators.choice("surface.structure", self.structure, STRUCTURES)
         validators.integer("surface.realisations", self.realisations, 1, 10_000)
         if self.spacing is not None:
-            spacing = validators.number("surface.spacing", self.spacing)
-            object.__setattr__(self, "spacing", spacing)
-            low, high = SPACINGS
+            spacing = validators.numbers("surface.spacing", self.spacing)
             validators.require(
-                low <= spacing <= high, "surface.spacing", spacing, f"{low:g} … {high:g}"
+                len(spacing) <= 2, "surface.spacing", spacing, "one number or two (x, y)"
             )
+            low, high = SPACINGS
+            for distance in spacing:
+                validators.require(
+                    low <= distance <= high, "surface.spacing", distance, f"{low:g} … {high:g}"
+                )
+            object.__setattr__(self, "spacing", spacing if len(spacing) == 2 else spacing[0])
+        for name in ("channel", "height_unit"):
+            text = getattr(self, name)
+            validators.require(
+                text is None or isinstance(text, str), f"surface.{name}", text, "a text"
+            )
+        if self.voids is not None:
+            validators.choice("surface.voids", self.voids, VOIDS)
+        if self.void_value is not None:
+            validators.number("surface.void_value", self.void_value)
         if self.boundary is not None:
             validators.choice("surface.boundary", self.boundary, BOUNDARIES)
         validators.choice("surface.level", self.level, LEVELS)

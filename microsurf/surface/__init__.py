@@ -4,13 +4,22 @@ from .anisotropy import Anisotropy
 from .detrend import level
 from .fit import StdFit, fit_std
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
-from .io import ENDINGS, read_surface, write_surface
-from .realisations import notes_on_file, realisation_seed, surface_of, surfaces_of
+from .io import ENDINGS, READ_ENDINGS, read_surface, write_surface
+from .measured import from_array
+from .realisations import (
+    notes_on_file,
+    read_asked,
+    realisation_seed,
+    square_spacing,
+    surface_of,
+    surfaces_of,
+)
 from .statistics import surface_statistics
 from .synthesis import from_recipe, generate_surface
 
 __all__ = [
     "ENDINGS",
+    "READ_ENDINGS",
     "Anisotropy",
     "Heightfield",
     "Mesh",
@@ -18,13 +27,16 @@ __all__ = [
     "facet_normals",
     "facet_slopes",
     "fit_std",
+    "from_array",
     "from_recipe",
     "generate_surface",
     "level",
     "mesh",
     "notes_on_file",
+    "read_asked",
     "read_surface",
     "realisation_seed",
+    "square_spacing",
     "surface_of",
     "surface_statistics",
     "surfaces_of",

@@ -43,7 +43,9 @@ class Anisotropy:
         return self.ratio > LEAST_RATIO and self.p_value < _LEVEL
 
 
-def anisotropy_of(p: Array, q: Array, eta: float) -> Anisotropy:
+def anisotropy_of(
+    p: Array, q: Array, eta: float, measured: NDArray[np.bool_] | None = None
+) -> Anisotropy:
     """Ratio and azimuth of the principal axes of slopes.
 
     Parameters
@@ -52,15 +54,19 @@ def anisotropy_of(p: Array, q: Array, eta: float) -> Anisotropy:
         Slopes of facets, see `facet_slopes`; not all in one line.
     eta : float
         1/(γ−1) of the isotropic fit, ≥ 0.
+    measured : ndarray of bool, shape (2, rows, columns), optional
+        Facets that count; default all.
 
     """
-    s_xx, s_xy, s_yy = _scatter(p, q, eta)
+    if measured is None:
+        measured = np.ones(p.shape, dtype=np.bool_)
+    s_xx, s_xy, s_yy = _scatter(p[measured], q[measured], eta)
     half, across = (s_xx + s_yy) / 2, float(np.hypot((s_xx - s_yy) / 2, s_xy))
     least = half - across
     return Anisotropy(
         ratio=float(np.sqrt((half + across) / least)) if least > 0 else float("inf"),
         azimuth=float(np.degrees(np.arctan2(s_xy, (s_xx - s_yy) / 2) / 2) % 180),
-        p_value=max(_p_value(p, q, eta, half, tiles) for tiles in _TILES),
+        p_value=max(_p_value(p, q, measured, eta, half, tiles) for tiles in _TILES),
     )
 
 
@@ -82,9 +88,11 @@ def _scatter(p: Array, q: Array, eta: float) -> tuple[float, float, float]:
     return s_xx, s_xy, s_yy
 
 
-def _p_value(p: Array, q: Array, eta: float, variance: float, tiles: int) -> float:
+def _p_value(
+    p: Array, q: Array, measured: NDArray[np.bool_], eta: float, variance: float, tiles: int
+) -> float:
     """Hotelling's test that the mean of the anisotropic part is zero, over tiles × tiles."""
-    weight = 1 / (1 + eta * (p**2 + q**2) / variance)
+    weight = measured / (1 + eta * (p**2 + q**2) / variance)
     parts = np.stack([(weight * (p**2 - q**2)).sum(axis=0), 2 * (weight * p * q).sum(axis=0)])
     for axis in (1, 2):
         edges = np.unique(np.arange(tiles) * parts.shape[axis] // tiles)

@@ -15,6 +15,7 @@ surface, each of which is taken as one observation. They hold for surfaces whose
 correlation is short against a tile, an eighth of a side. KS is in-sample.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +24,7 @@ from scipy.optimize import minimize_scalar
 
 from ..errors import InputError
 from .anisotropy import Anisotropy, anisotropy_of
-from .heightfield import Heightfield, facet_slopes
+from .heightfield import Heightfield, facet_slopes, measured_facets
 from .statistics import ks_distance
 
 Array = NDArray[np.float64]
@@ -72,6 +73,8 @@ class StdFit:
 def fit_std(h: Heightfield) -> StdFit:
     """Fit isotropic STD to the facet slopes of a surface. Level a measured one first.
 
+    Facets that touch a filled point have no say.
+
     Raises
     ------
     InputError
@@ -80,10 +83,14 @@ def fit_std(h: Heightfield) -> StdFit:
 
     """
     p, q = facet_slopes(h)
-    slope2 = p**2 + q**2
+    measured = measured_facets(h)
+    everywhere = p**2 + q**2
+    slope2 = everywhere.ravel() if measured is None else everywhere[measured]
     if slope2.size < _MIN_FACETS:
         raise InputError(f"{slope2.size} facets: a fit needs {_MIN_FACETS}; take a larger surface")
-    slope2[slope2 <= _FLAT**2 * np.median(slope2)] = 0.0
+    least = _FLAT**2 * np.median(slope2)
+    slope2[slope2 <= least] = 0.0
+    everywhere[everywhere <= least] = 0.0
     flat = int(np.count_nonzero(slope2 == 0))
     if flat >= slope2.size // 2:
         raise InputError(_too_flat(flat, slope2.size))
@@ -91,11 +98,11 @@ def fit_std(h: Heightfield) -> StdFit:
         raise InputError(
             f"all facets slope by {np.sqrt(slope2.max()):.4g}: no STD fits; level the surface"
         )
-    eta, log_variance = _maximise(slope2.ravel(), flat)
-    covariance, naive = _covariances(slope2, eta, log_variance)
+    eta, log_variance = _maximise(slope2, flat)
+    covariance, naive = _covariances(everywhere, measured, eta, log_variance)
     sigma = float(np.exp(log_variance / 2))
     reach_eta, reach_log = _NORMAL_95 * np.sqrt(np.diagonal(covariance))
-    rho = np.sqrt(np.sort(slope2, axis=None)) / sigma
+    rho = np.sqrt(np.sort(slope2)) / sigma
     gamma = _gamma(eta)
     effective = slope2.size * naive[1, 1] / covariance[1, 1] if covariance[1, 1] > 0 else np.nan
     if not np.isfinite([sigma, reach_eta, reach_log, effective]).all():
@@ -109,13 +116,13 @@ def fit_std(h: Heightfield) -> StdFit:
         sigma=sigma,
         sigma_ci=(float(sigma * np.exp(-reach_log / 2)), float(sigma * np.exp(reach_log / 2))),
         ks=ks_distance(rho, gamma),
-        pixel=h.spacing,
-        shortest=2 * h.spacing,
-        longest=max(h.heights.shape) * h.spacing,
+        pixel=math.sqrt(h.pixel[0] * h.pixel[1]),
+        shortest=2 * max(h.pixel),
+        longest=max(n * d for n, d in zip(h.heights.shape, h.pixel[::-1], strict=True)),
         facets=slope2.size,
         effective_facets=float(effective),
         flat=flat / slope2.size,
-        anisotropy=anisotropy_of(p, q, eta),
+        anisotropy=anisotropy_of(p, q, eta, measured),
     )
 
 
@@ -195,14 +202,21 @@ def _best_log_variance(slope2: Array, eta: float, start: float) -> float:
     return t
 
 
-def _covariances(slope2: Array, eta: float, log_variance: float) -> tuple[Array, Array]:
+def _covariances(
+    slope2: Array, measured: NDArray[np.bool_] | None, eta: float, log_variance: float
+) -> tuple[Array, Array]:
     """Covariance of (η, ln σ²) by tiles, and as if facets were independent."""
     x = slope2 * np.exp(-log_variance)
-    first = _score(x, eta)
+    counted = 1.0 if measured is None else measured
+
+    def score(x: Array, eta: float) -> Array:
+        return _score(x, eta) * counted
+
+    first = score(x, eta)
     # The information, by differences of the score: one-sided at Beckmann.
     step = 1e-4 * (1 + eta)
-    by_eta = (_score(x, eta + step) - first).mean(axis=(1, 2, 3)) / step
-    by_log = (_score(x * np.exp(-step), eta) - first).mean(axis=(1, 2, 3)) / step
+    by_eta = (score(x, eta + step) - first).mean(axis=(1, 2, 3)) / step
+    by_log = (score(x * np.exp(-step), eta) - first).mean(axis=(1, 2, 3)) / step
     information = -np.stack([by_eta, by_log], axis=1)
     inverse = np.linalg.inv((information + information.T) / 2) / slope2.size
     tiles = _tile_sums(first.sum(axis=1))

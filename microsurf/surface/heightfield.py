@@ -1,9 +1,9 @@
-"""A surface as heights on a square grid, and the triangles it stands for.
+"""A surface as heights on a rectangular grid, and the triangles it stands for.
 
-Heights lie at integer grid points times the spacing; row = y, column = x. Each
-cell is split by the diagonal from its (x, y) corner to its (x+1, y+1) corner
-into a *lower* triangle (x, y), (x+1, y), (x+1, y+1) and an *upper* triangle
-(x, y), (x+1, y+1), (x, y+1).
+Heights lie at integer grid points times the spacing; row = y, column = x: seen from
+above, x runs to the right and y down. Each cell is split by the diagonal from its
+(x, y) corner to its (x+1, y+1) corner into a *lower* triangle (x, y), (x+1, y),
+(x+1, y+1) and an *upper* triangle (x, y), (x+1, y+1), (x, y+1).
 
 The plane is filled either *periodically* (rows × columns heights are as many
 cells) or by *mirrors* along the grid's edges: one period of that is
@@ -11,6 +11,7 @@ cells) or by *mirrors* along the grid's edges: one period of that is
 the mirrored diagonal.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,6 +26,12 @@ from ..scene import BOUNDARIES, MAX_CELLS
 
 Array = NDArray[np.float64]
 
+Spacing = float | tuple[float, float]
+"""Distance of neighbouring grid points, or those along x and y."""
+
+SQUARE = 1e-3
+"""Relative difference of dx and dy up to which a pixel counts as square, of their mean."""
+
 
 @dataclass(frozen=True, eq=False)
 class Heightfield:
@@ -35,13 +42,19 @@ class Heightfield:
     heights : ndarray, shape (rows, columns)
         Real and finite, in the user's unit of length; 2 … 16384 a side. Kept as
         a read-only copy in float64.
-    spacing : float
-        Distance of neighbouring grid points in the same unit, > 0.
+    spacing : float or (float, float)
+        Distance of neighbouring grid points in the same unit, > 0; two if they differ
+        along x and y. `pixel` gives both in any case.
     boundary : str
         How the surface continues beyond its edges, ``"periodic"`` or ``"mirror"``.
     recipe : Mapping
         The arguments of `generate_surface` that give this surface again, and the
         version that made it; empty for any other surface. Only what JSON can hold.
+    filled : ndarray of bool, shape (rows, columns), optional
+        Points that were not measured but filled; None if there are none.
+    provenance : Mapping
+        Where a measured surface comes from and what was done to it: file, reader,
+        format, channel, unit, orientation, pixel, voids, level. Only what JSON can hold.
 
     Raises
     ------
@@ -51,9 +64,11 @@ class Heightfield:
     """
 
     heights: Array
-    spacing: float = 1.0
+    spacing: Spacing = 1.0
     boundary: str = "periodic"
     recipe: Mapping[str, Any] = field(default_factory=dict)
+    filled: NDArray[np.bool_] | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the values and keep heights as a read-only copy."""
@@ -67,20 +82,34 @@ class Heightfield:
                 f"heights: {bad} of {heights.size} are NaN or infinite; must be finite. "
                 "Fill the gaps first"
             )
-        spacing = check_spacing(self.spacing)
+        dx, dy = spacing_pair(self.spacing)
         if self.boundary not in BOUNDARIES:
             raise InputError(
                 f"boundary = {self.boundary!r}: must be one of {', '.join(BOUNDARIES)}"
             )
         with np.errstate(over="ignore"):
-            if not np.isfinite((heights.max() - heights.min()) / spacing):
+            if not np.isfinite((heights.max() - heights.min()) / min(dx, dy)):
                 raise InputError(
-                    f"heights from {heights.min():g} to {heights.max():g} at spacing {spacing:g}: "
+                    f"heights from {heights.min():g} to {heights.max():g} at spacing "
+                    f"{min(dx, dy):g}: "
                     "slopes must be finite numbers; check the units"
                 )
         heights.setflags(write=False)
         object.__setattr__(self, "heights", heights)
-        object.__setattr__(self, "spacing", spacing)
+        object.__setattr__(self, "spacing", dx if dx == dy else (dx, dy))
+        if self.filled is not None:
+            filled = np.array(self.filled, dtype=np.bool_)
+            if filled.shape != heights.shape:
+                raise InputError(
+                    f"filled of shape {filled.shape}: must be that of heights, {heights.shape}"
+                )
+            filled.setflags(write=False)
+            object.__setattr__(self, "filled", filled if filled.any() else None)
+
+    @property
+    def pixel(self) -> tuple[float, float]:
+        """Distances (dx, dy) of neighbouring grid points along x and y."""
+        return spacing_pair(self.spacing)
 
 
 def check_layout(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
@@ -110,6 +139,15 @@ def check_spacing(spacing: Any) -> float:
     return value
 
 
+def spacing_pair(spacing: Any) -> tuple[float, float]:
+    """Return (dx, dy) of one distance or two; raise InputError unless they are numbers > 0."""
+    both = tuple(spacing) if isinstance(spacing, list | tuple) else (spacing,)
+    if len(both) not in (1, 2):
+        raise InputError(f"spacing = {spacing!r}: must be one number > 0, or two (dx, dy)")
+    dx, dy = check_spacing(both[0]), check_spacing(both[-1])
+    return dx, dy
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """One period of the surface in units of a cell, for tracing.
@@ -132,8 +170,29 @@ def mesh(h: Heightfield) -> Mesh:
 
     Rays see no unit: the same bits come out if heights and spacing are both
     multiplied by a power of two.
+
+    Raises
+    ------
+    InputError
+        If the pixel is not square: rays walk over square cells.
+
     """
-    heights = h.heights / h.spacing
+    dx, dy = h.pixel
+    if abs(dy / dx - 1) > SQUARE:
+        raise InputError(
+            f"a pixel of {dx:g} × {dy:g}: rays need a square one, to {SQUARE:g}; "
+            "`microsurf fit` takes any"
+        )
+    # The very spacing where both are equal, to the last bit.
+    heights, flipped = unfolded(h)
+    heights = heights / (dx if dx == dy else math.sqrt(dx) * math.sqrt(dy))
+    # After the division: subtracting first would round differently in another unit.
+    return Mesh(heights - heights.mean(), flipped)
+
+
+def unfolded(h: Heightfield) -> tuple[Array, NDArray[np.bool_]]:
+    """Heights of one period, mirrors unfolded, and which cells have the other diagonal."""
+    heights = h.heights
     rows, columns = heights.shape
     flipped = np.zeros((rows, columns), dtype=np.bool_)
     if h.boundary == "mirror":
@@ -141,8 +200,7 @@ def mesh(h: Heightfield) -> Mesh:
         heights = np.concatenate([heights, heights[:, -2:0:-1]], axis=1)
         y, x = np.ogrid[: heights.shape[0], : heights.shape[1]]
         flipped = (y >= rows - 1) ^ (x >= columns - 1)
-    # After the division: subtracting first would round differently in another unit.
-    return Mesh(heights - heights.mean(), flipped)
+    return heights, flipped
 
 
 def facet_slopes(h: Heightfield) -> tuple[Array, Array]:
@@ -161,9 +219,21 @@ def facet_slopes(h: Heightfield) -> tuple[Array, Array]:
     along_x, along_y = np.diff(heights, axis=1), np.diff(heights, axis=0)
     p = np.stack([along_x[:-1], along_x[1:]])
     q = np.stack([along_y[:, 1:], along_y[:, :-1]])
-    p /= h.spacing
-    q /= h.spacing
+    dx, dy = h.pixel
+    p /= dx
+    q /= dy
     return p, q
+
+
+def measured_facets(h: Heightfield) -> NDArray[np.bool_] | None:
+    """Which facets have no filled corner, ordered as `facet_slopes`; None if all."""
+    if h.filled is None:
+        return None
+    good = ~h.filled
+    if h.boundary == "periodic":
+        good = np.pad(good, ((0, 1), (0, 1)), mode="wrap")
+    diagonal = good[:-1, :-1] & good[1:, 1:]
+    return np.stack([diagonal & good[:-1, 1:], diagonal & good[1:, :-1]])
 
 
 def facet_normals(h: Heightfield) -> Array:

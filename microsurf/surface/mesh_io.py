@@ -46,7 +46,8 @@ def triangles(h: Heightfield) -> tuple[Array, Indices]:
         heights = np.pad(heights, ((0, 1), (0, 1)), mode="wrap")
     rows, columns = heights.shape
     y, x = np.indices((rows, columns))
-    vertices = np.stack([x * h.spacing, y * h.spacing, heights], axis=-1).reshape(-1, 3)
+    dx, dy = h.pixel
+    vertices = np.stack([x * dx, y * dy, heights], axis=-1).reshape(-1, 3)
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     opposite = corner + columns + 1
     lower = np.stack([corner, corner + 1, opposite], axis=-1)
@@ -81,7 +82,7 @@ def _trimesh(vertices: Array, faces: Indices) -> trimesh.Trimesh:
 
 
 def read(path: Path, boundary: str | None) -> Heightfield:
-    """Read a triangle mesh that is a heightfield on a square grid with our diagonals.
+    """Read a triangle mesh that is a heightfield on a rectangular grid with our diagonals.
 
     Raises
     ------
@@ -109,8 +110,8 @@ def read(path: Path, boundary: str | None) -> Heightfield:
         raise InputError(f"{bad} coordinates are NaN or infinite; must be finite")
     x, columns, spacing = _grid_axis(vertices[:, 0], "x")
     y, rows, spacing_y = _grid_axis(vertices[:, 1], "y")
-    if abs(spacing_y - spacing) > _ON_GRID * spacing / max(rows, columns):
-        raise InputError(f"spacing {spacing} along x, {spacing_y} along y; must be the same")
+    # Each is an extent over its cells: a square pixel's two differ by rounding alone.
+    square = abs(spacing_y - spacing) <= _ON_GRID * spacing / max(rows, columns)
     heights = _grid_heights(y * columns + x, vertices[:, 2], rows, columns)
     _check_faces(x[faces], y[faces], rows, columns)
     closes = min(rows, columns) > 2 and bool(
@@ -122,7 +123,11 @@ def read(path: Path, boundary: str | None) -> Heightfield:
         )
     if boundary is None:
         boundary = "periodic" if closes else "mirror"
-    return Heightfield(heights[:-1, :-1] if boundary == "periodic" else heights, spacing, boundary)
+    return Heightfield(
+        heights[:-1, :-1] if boundary == "periodic" else heights,
+        spacing if square else (spacing, spacing_y),
+        boundary,
+    )
 
 
 def _grid_axis(values: Array, name: str) -> tuple[Indices, int, float]:

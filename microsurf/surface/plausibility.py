@@ -4,7 +4,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene import Surface
-from .heightfield import Heightfield, facet_slopes
+from .heightfield import Heightfield, facet_slopes, measured_facets
 
 SLOPES = (5e-7, 2e3)
 """Median slopes that can be traced: those of the least and the largest σ, for every γ."""
@@ -42,11 +42,14 @@ def examine(h: Heightfield, name: str) -> list[str]:
 
     """
     slope = np.hypot(*facet_slopes(h))
+    measured = measured_facets(h)
+    if measured is not None:
+        slope = slope[measured]
     sloping = slope[slope > 0]
     if sloping.size == 0:
         return []
     median = float(np.median(sloping))
-    units = f"are heights and spacing ({h.spacing:g}) in the same unit?"
+    units = f"are heights and spacing ({min(h.pixel):g}) in the same unit?"
     if not SLOPES[0] <= median <= SLOPES[1]:
         raise InputError(
             f"{name}: its median slope is {median:.3g}: must be {SLOPES[0]:g} … {SLOPES[1]:g}; "
@@ -62,10 +65,10 @@ def examine(h: Heightfield, name: str) -> list[str]:
 def _seams(h: Heightfield, name: str) -> list[str]:
     """Seams of the period that are steeper than what they join."""
     found = []
-    for axis, letter in ((1, "x"), (0, "y")):
-        inside = np.abs(np.diff(h.heights, axis=axis)) / h.spacing
+    for axis, letter, spacing in ((1, "x", h.pixel[0]), (0, "y", h.pixel[1])):
+        inside = np.abs(np.diff(h.heights, axis=axis)) / spacing
         ends = np.take(h.heights, [0, -1], axis=axis)
-        seam = float(np.median(np.abs(np.diff(ends, axis=axis)))) / h.spacing
+        seam = float(np.median(np.abs(np.diff(ends, axis=axis)))) / spacing
         usual = float(np.median(inside)) or float(np.mean(inside))
         if seam > _STEEPER * usual > 0:
             found.append(

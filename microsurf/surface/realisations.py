@@ -7,7 +7,7 @@ import numpy as np
 
 from .. import memory
 from ..errors import InputError
-from ..scene import Scene
+from ..scene import Scene, Surface
 from .detrend import level
 from .heightfield import Heightfield
 from .io import read_surface
@@ -53,8 +53,7 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
     """One realisation alone; a file has only one. Raises as `surfaces_of`."""
     asked = scene.surface
     if asked.file is not None:
-        found = read_surface(Path(asked.file), spacing=asked.spacing, boundary=asked.boundary)
-        found = level(found, asked.level)
+        found = level(read_asked(asked), asked.level)
         examine(found, asked.file)
         return found
     if asked.boundary == "mirror" or asked.level != "none":
@@ -70,6 +69,29 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
         cells=asked.cells,
         correlation=asked.correlation,
         structure=asked.structure,
-        spacing=asked.spacing or 1.0,
+        spacing=square_spacing(asked),
         seed=realisation_seed(seed, realisation),
     )
+
+
+def read_asked(asked: Surface) -> Heightfield:
+    """Read the file of a scene's surface, not levelled. Raises as `read_surface`."""
+    spacing = asked.spacing
+    return read_surface(
+        Path(str(asked.file)),
+        (spacing[0], spacing[-1]) if isinstance(spacing, tuple) else spacing,
+        asked.boundary,
+        channel=asked.channel,
+        voids=asked.voids,
+        height_unit=asked.height_unit,
+        void_value=asked.void_value,
+    )
+
+
+def square_spacing(asked: Surface) -> float:
+    """Return the spacing of a generated surface; raise InputError if two are given."""
+    if isinstance(asked.spacing, tuple):
+        raise InputError(
+            f"surface.spacing = {asked.spacing}: generated cells are square; give one number"
+        )
+    return asked.spacing or 1.0

@@ -10,7 +10,7 @@ from scipy.stats import rankdata
 from .. import memory
 from ..errors import InputError
 from ..physics import student_t
-from .heightfield import Heightfield, facet_slopes, mesh
+from .heightfield import Heightfield, facet_slopes, measured_facets, unfolded
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,8 @@ def surface_statistics(
     h: Heightfield, gamma: float, sigma_x: float, sigma_y: float | None = None
 ) -> dict[str, Any]:
     """Compare a surface's facets with STD, per unit of projected area.
+
+    Filled points and their facets have no say, but in the correlation lengths.
 
     With ρ² = (p/σ_x)² + (q/σ_y)² and φ the azimuth of (p/σ_x, q/σ_y). All values
     are plain numbers, or None where there is nothing to compare (a flat surface).
@@ -57,31 +59,50 @@ def surface_statistics(
     Raises
     ------
     InputError
-        If γ ≤ 3/2: STD's area, which the tail is compared with, is infinite.
+        If γ ≤ 3/2: STD's area, which the tail is compared with, is infinite; or no facet
+        has three measured corners.
 
     """
     sigma_y = sigma_x if sigma_y is None else sigma_y
     if not gamma > 1.5:
         raise InputError(f"gamma = {gamma}: must be > 1.5 (below, STD's area is infinite)")
+    realised = height_parameters(h)
     p, q = facet_slopes(h)
+    height_slope = _height_slope(h, p / (sigma_x or 1.0), q / (sigma_y or 1.0))
+    measured = measured_facets(h)
+    if measured is not None:
+        p, q = p[measured], q[measured]
     slope2 = p**2 + q**2
     area = float(np.mean(np.sqrt(1 + slope2)))
     max_slope = float(np.sqrt(slope2.max()))
-    deviation = h.heights - h.heights.mean()
     tail = {"max_slope": max_slope, "area_beyond": 0.0, "area_realised": area}
     against = _against_flat(slope2)
     if sigma_x > 0:
         against = _against_std(p, q, gamma, sigma_x, sigma_y)
         tail["area_beyond"] = _area_beyond(against.pop("rho_max"), gamma, sigma_x, sigma_y)
         tail["area_realised"] = area / mean_area(gamma, sigma_x, sigma_y)
-    along_x, along_y = _correlation_lengths(h)
+    along_x, along_y = correlation_lengths(h)
     return {
         **against,
         "tail": tail,
-        "height_slope": _height_slope(h, p / (sigma_x or 1.0), q / (sigma_y or 1.0)),
+        "height_slope": height_slope,
         "correlation": None if along_x is None or along_y is None else (along_x * along_y) ** 0.5,
         "correlation_x": along_x,
         "correlation_y": along_y,
+        **realised,
+    }
+
+
+def height_parameters(h: Heightfield) -> dict[str, Any]:
+    """Sq, Sa, Sdq, Sdr and gradient as in `surface_statistics`, of what was measured."""
+    p, q = facet_slopes(h)
+    measured = measured_facets(h)
+    slope2 = p**2 + q**2 if measured is None else (p**2 + q**2)[measured]
+    if slope2.size == 0:
+        raise InputError("no facet has three measured corners; measure again, or crop the voids")
+    heights = h.heights if h.filled is None else h.heights[~h.filled]
+    deviation = heights - heights.mean()
+    return {
         "Sq": float(np.sqrt(np.mean(deviation**2))),
         "Sa": float(np.mean(np.abs(deviation))),
         "Sdq": float(np.sqrt(np.mean(slope2))),
@@ -167,8 +188,11 @@ def _height_slope(h: Heightfield, u: Array, v: Array) -> dict[str, float | None]
     step = -(-max(u.shape[1:]) // 1024)
     low, high = heights[:-1, :-1], heights[1:, 1:]
     thirds = np.stack([low + high + heights[:-1, 1:], low + high + heights[1:, :-1]])
-    level = thirds[:, ::step, ::step].ravel()
-    rank = rankdata(np.hypot(u[:, ::step, ::step], v[:, ::step, ::step]), axis=None)
+    measured = measured_facets(h)
+    taken = np.ones_like(u, dtype=np.bool_) if measured is None else measured
+    taken = taken[:, ::step, ::step]
+    level = thirds[:, ::step, ::step][taken]
+    rank = rankdata(np.hypot(u[:, ::step, ::step], v[:, ::step, ::step])[taken])
     distance = np.abs(level - np.median(level))
     return {
         "height": _correlation(rank, rankdata(level)),
@@ -178,15 +202,15 @@ def _height_slope(h: Heightfield, u: Array, v: Array) -> dict[str, float | None]
 
 def _correlation(a: Array, b: Array) -> float | None:
     """Pearson's coefficient; None if either does not vary."""
-    if np.ptp(a) == 0 or np.ptp(b) == 0:
+    if a.size == 0 or np.ptp(a) == 0 or np.ptp(b) == 0:
         return None
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _correlation_lengths(h: Heightfield) -> tuple[float | None, float | None]:
+def correlation_lengths(h: Heightfield) -> tuple[float | None, float | None]:
     """1/e lengths in cells of the heights' autocorrelation along x and y, over one period."""
-    heights = mesh(h).heights
-    power = np.abs(fft.rfft2(heights, workers=memory.cores())) ** 2
+    heights, _ = unfolded(h)
+    power = np.abs(fft.rfft2(heights - heights.mean(), workers=memory.cores())) ** 2
     covariance = fft.irfft2(power, heights.shape, workers=memory.cores())
     return _first_crossing(covariance[0]), _first_crossing(covariance[:, 0])
 

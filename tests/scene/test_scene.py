@@ -156,6 +156,8 @@ SECTIONS = {
 KEYS = [(section, field.name) for section, kind in SECTIONS.items() for field in fields(kind)]
 RIGHT = {
     ("surface", "file"): ("text",),
+    ("surface", "channel"): ("text",),
+    ("surface", "height_unit"): ("text",),
     ("effects", "multiple_scattering"): ("truth",),
     ("expect.total", "why"): ("text",),
 }

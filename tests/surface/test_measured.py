@@ -57,6 +57,8 @@ def test_heights_with_gaps_are_refused(tmp_path):
     heights[3, 4:9] = np.nan
     np.save(tmp_path / "gaps.npy", heights)
     asked = measured("di-3", 0.039)
-    asked = replace(asked, surface=replace(asked.surface, file=str(tmp_path / "gaps.npy")))
+    asked = replace(
+        asked, surface=replace(asked.surface, file=str(tmp_path / "gaps.npy"), voids="refuse")
+    )
     with pytest.raises(ValueError, match="5 of 65536"):
         validate_scene("gaps", asked)

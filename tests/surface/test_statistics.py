@@ -172,3 +172,29 @@ def test_height_slope_of_large_meshes_takes_a_part_of_the_facets():
     every = spearmanr(np.hypot(p, q).ravel(), height.ravel()).statistic
     assert found != every
     assert found == pytest.approx(every, abs=0.15)
+
+
+def test_what_was_filled_has_no_say():
+    made = generate_surface(2.5, 0.3, cells=128, seed=51)
+    filled = np.zeros((128, 128), dtype=bool)
+    filled[40:80, 10:100] = True
+    spoilt = made.heights + 50 * filled
+    found = surface_statistics(Heightfield(spoilt, 1.0, filled=filled), 2.5, 0.3)
+    whole = surface_statistics(made, 2.5, 0.3)
+    for name in ("Sq", "Sa", "Sdq", "Sdr"):
+        assert found[name] == pytest.approx(whole[name], rel=0.1)
+    assert found["ks"] < 0.02
+    assert found["tail"]["max_slope"] <= whole["tail"]["max_slope"]
+    assert surface_statistics(Heightfield(spoilt), 2.5, 0.3)["Sq"] > 5 * whole["Sq"]
+    with pytest.raises(InputError, match="three measured corners"):
+        surface_statistics(Heightfield(spoilt, filled=np.ones((128, 128))), 2.5, 0.3)
+
+
+def test_oblong_pixels_have_their_own_slopes():
+    """Heights doubled with dx alone: the slope along y doubles."""
+    made = generate_surface(2.5, 0.3, cells=64, seed=52)
+    stretched = Heightfield(2 * made.heights, (2.0, 1.0))
+    ours = surface_statistics(stretched, 2.5, 0.3, 0.6)
+    whole = surface_statistics(made, 2.5, 0.3)
+    assert ours["ks"] == pytest.approx(whole["ks"], abs=1e-12)
+    assert ours["correlation_x"] == pytest.approx(whole["correlation_x"])

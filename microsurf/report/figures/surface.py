@@ -23,7 +23,7 @@ def rows(heightfield: Heightfield, scene: Scene) -> list[dict[str, Any]]:
     heights = heightfield.heights
     relief = np.ptp(heights, axis=1)
     row = heights[np.argsort(relief)[len(relief) // 2]][:_COLUMNS]
-    x = np.arange(len(row)) * heightfield.spacing
+    x = np.arange(len(row)) * heightfield.pixel[0]
 
     p, q = facet_slopes(heightfield)
     rough = scene.roughness

@@ -1,0 +1,174 @@
+"""From a map of heights to a surface: units in µm, a plausible pixel, no voids, and its origin."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from . import voids as void_points
+from .heightfield import Heightfield, Spacing, check_layout, spacing_pair
+from .readers import MICROMETRES, ORIENTATION, HeightMap, unit_named
+from .readers import read as read_map
+
+Array = NDArray[np.float64]
+
+PIXELS = (1e-4, 1e3)
+"""Plausible pixels in µm: 0.1 nm … 1 mm. Outside, a unit was most likely mistaken."""
+_SAME_SPACING = 1e-6  # relative
+_NUMBER_AND_UNIT = re.compile(r"([0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)?\s*([^0-9\s.]+)")
+
+
+def from_array(
+    heights: ArrayLike,
+    spacing: Spacing = 1.0,
+    boundary: str = "mirror",
+    voids: str | None = None,
+    provenance: Mapping[str, Any] = MappingProxyType({}),
+) -> Heightfield:
+    """Make a surface from measured heights with gaps.
+
+    Parameters
+    ----------
+    heights : array_like, shape (rows, columns)
+        Any unit of length; NaN, infinite or masked where nothing was measured.
+    spacing : float or (float, float)
+        Distance of neighbouring heights in the same unit, > 0, or those along x and y.
+    boundary : str
+        ``"mirror"`` or ``"periodic"``.
+    voids : str, optional
+        See `voids.mend`.
+    provenance : Mapping
+        What is known of its origin, see `Heightfield`.
+
+    Raises
+    ------
+    InputError
+        If the heights are none, or voids are refused.
+
+    """
+    raw: np.ma.MaskedArray[Any, Any] = np.ma.asarray(heights)
+    check_layout(raw.shape, raw.dtype)
+    values = np.ma.filled(raw.astype(np.float64), np.nan)
+    pixel = spacing_pair(spacing)
+    mended = void_points.mend(values, pixel, voids, periodic=boundary == "periodic")
+    known = dict(provenance)
+    if known or mended.report["share"] > 0:
+        known |= {"pixel": list(pixel), "voids": mended.report}
+    return Heightfield(mended.heights, pixel, boundary, filled=mended.filled, provenance=known)
+
+
+def read_measured(
+    path: Path,
+    *,
+    spacing: Spacing | None = None,
+    boundary: str | None = None,
+    channel: str | None = None,
+    voids: str | None = None,
+    height_unit: str | None = None,
+    void_value: float | None = None,
+) -> Heightfield:
+    """Read an instrument's file: heights and pixel in µm. Parameters as `read_surface`."""
+    stored = read_map(path, channel)
+    check_layout(stored.heights.shape, stored.heights.dtype)
+    factor, unit = _height_unit(stored, height_unit)
+    return from_array(
+        marked(stored.heights, void_value) * factor,
+        _pixel(stored, spacing),
+        boundary or ("periodic" if stored.periodic else "mirror"),
+        voids,
+        {
+            "file": path.name,
+            "reader": stored.reader,
+            "format": stored.format,
+            "channel": stored.channel,
+            "channels": list(stored.channels),
+            "unit": "µm",
+            "unit_in_file": unit,
+            "orientation": ORIENTATION,
+        },
+    )
+
+
+def marked(heights: NDArray[Any], void_value: float | None) -> Array:
+    """Return heights in float64 with NaN where they equal the mark for voids.
+
+    Raises
+    ------
+    InputError
+        If another height looks like such a mark.
+
+    """
+    values = np.array(heights, dtype=np.float64)
+    if void_value is not None:
+        found = heights == heights.dtype.type(void_value)
+        if not found.any():
+            raise InputError(f"void_value = {void_value}: no height is that; leave it out")
+        values[found] = np.nan
+    suspicion = void_points.suspicious(values)
+    if suspicion is not None:
+        raise InputError(f"{suspicion} Say so with --void-value, or take them out")
+    return values
+
+
+def _height_unit(stored: HeightMap, asked: str | None) -> tuple[float, str]:
+    """Return micrometres in one of the file's heights, and the unit's name."""
+    if stored.unit is not None:
+        if asked is not None and unit_named(asked) != stored.unit:
+            raise InputError(f"height_unit = {asked!r}: the file says {stored.unit}; leave it out")
+        return MICROMETRES[stored.unit], stored.unit
+    if asked is None:
+        raise InputError(
+            "the file does not say the unit of its heights; give --height-unit, such as nm, or "
+            "0.5nm for half a nanometre a grey level"
+        )
+    return height_factor(asked), asked
+
+
+def height_factor(asked: str) -> float:
+    """Return micrometres in a unit such as "nm" or "0.5nm".
+
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    """
+    parts = _NUMBER_AND_UNIT.fullmatch(asked.strip())
+    if parts is None:
+        raise InputError(f"height_unit = {asked!r}: must be like nm, or 0.5nm")
+    number, name = parts.groups()
+    factor = float(number or 1) * MICROMETRES[unit_named(name)]
+    if not 0 < factor < np.inf:
+        raise InputError(f"height_unit = {asked!r}: its number must be finite and > 0")
+    return factor
+
+
+def _pixel(stored: HeightMap, asked: Spacing | None) -> tuple[float, float]:
+    """Return the pixel in µm: the file's if it is plausible, else the one asked for."""
+    given = None if asked is None else spacing_pair(asked)
+    found = None
+    if stored.pixel is not None and stored.unit is not None:
+        factor = MICROMETRES[stored.unit]
+        found = (stored.pixel[0] * factor, stored.pixel[1] * factor)
+    if found is not None and all(PIXELS[0] <= d <= PIXELS[1] for d in found):
+        if given is not None and not np.allclose(given, found, rtol=_SAME_SPACING, atol=0):
+            raise InputError(
+                f"spacing = {given}: the file says {found[0]:g} × {found[1]:g} µm; leave it out"
+            )
+        return found
+    if given is None and found is None:
+        raise InputError("the file does not say its pixel; give --spacing in µm")
+    if given is None and found is not None:
+        raise InputError(
+            f"its pixel would be {found[0]:g} × {found[1]:g} µm; must be "
+            f"{PIXELS[0]:g} … {PIXELS[1]:g} µm. If the file's unit is wrong, give --spacing in µm"
+        )
+    assert given is not None  # noqa: S101 - one of both is there
+    if not all(PIXELS[0] <= d <= PIXELS[1] for d in given):
+        raise InputError(f"spacing = {given}: must be {PIXELS[0]:g} … {PIXELS[1]:g} µm")
+    return given
