@@ -1,0 +1,193 @@
+"""STD fitted to the facets of a surface with any axes, and whether it has a direction at all.
+
+See `slope_likelihood` for the likelihood and the intervals. The axes are those of the
+scatter of the slopes: σ_x is that of the axis nearer to x, `azimuth` the angle to it
+from +x towards +y (as seen from above, where y is down, clockwise), −45° … 45°.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from ..errors import InputError
+from .heightfield import Heightfield, facet_slopes, measured_facets
+from .slope_likelihood import TILES, Maximum, covariance, maximise
+from .statistics import ks_distance
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float]
+
+MIN_FACETS = 2 * TILES**2
+ISOTROPY_LEVEL = 0.01
+"""Probability with which an isotropic surface is called one with a direction."""
+_BECKMANN_ETA = 1e-3
+"""Smallest 1/(γ−1) told from Beckmann: KS between the two is then below 3e−4."""
+
+
+@dataclass(frozen=True)
+class SlopeFit:
+    """STD that fits the measured facets of a surface best.
+
+    gamma in (1.05, ∞], ∞ standing for 1e3 and more; sigma = √(σ_x σ_y); each with its
+    95 % interval, of sampling only. azimuth in degrees is None for an isotropic fit.
+    isotropy is the p-value of "the slopes have no direction" (Hotelling's T²): the fit is
+    isotropic above 0.01. ks is the distance of the facets to the fit, in-sample. facets:
+    how many there are; effective_facets: how many independent ones would know σ as well.
+    """
+
+    gamma: float
+    gamma_ci: Interval
+    sigma: float
+    sigma_ci: Interval
+    sigma_x: float
+    sigma_x_ci: Interval
+    sigma_y: float
+    sigma_y_ci: Interval
+    azimuth: float | None
+    azimuth_ci: Interval | None
+    isotropy: float
+    ks: float
+    facets: int
+    effective_facets: float
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether no direction was found."""
+        return self.azimuth is None
+
+
+def fit_slopes(h: Heightfield) -> SlopeFit:
+    """Fit STD to the facets of a surface that touch no filled point. Level a measured one first.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 128 facets, or so many do not slope at all that no STD
+        fits: a point mass has no density.
+
+    """
+    p, q = facet_slopes(h)
+    measured = measured_facets(h)
+    sloping = (p, q) if measured is None else (p[measured], q[measured])
+    general = _checked(*sloping)
+    cov, naive, tiles = covariance(p, q, general, measured)
+    isotropy = _isotropy(general, cov, tiles)
+    found = general
+    if isotropy > ISOTROPY_LEVEL:
+        found = maximise(*sloping, isotropic=True)
+        cov, naive, tiles = covariance(p, q, found, measured)
+    reach = float(stats.t.ppf(0.975, max(tiles - 4, 1)))
+    jacobian = _jacobian(found.scatter)
+    sizes = _axes(found.scatter)
+    errors = reach * np.sqrt(np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T))
+    by_eta, by_m = reach * np.sqrt(np.diagonal(cov)[:2])
+    sigma = float(np.exp((sizes[0] + sizes[1]) / 2))
+    directed = found is general
+    if not directed:
+        errors[:2] = by_m / 2  # both are σ
+    gamma = gamma_of(found.eta)
+    return SlopeFit(
+        gamma=gamma,
+        gamma_ci=(gamma_of(found.eta + by_eta), gamma_of(found.eta - by_eta)),
+        sigma=sigma,
+        sigma_ci=_around(sigma, by_m / 2),
+        sigma_x=float(np.exp(sizes[0])),
+        sigma_x_ci=_around(float(np.exp(sizes[0])), errors[0]),
+        sigma_y=float(np.exp(sizes[1])),
+        sigma_y_ci=_around(float(np.exp(sizes[1])), errors[1]),
+        azimuth=float(np.degrees(sizes[2])) if directed else None,
+        azimuth_ci=(
+            float(np.degrees(sizes[2] - errors[2])),
+            float(np.degrees(sizes[2] + errors[2])),
+        )
+        if directed
+        else None,
+        isotropy=isotropy,
+        ks=ks_distance(np.sqrt(np.sort(rho2(*sloping, found.scatter))), gamma),
+        facets=sloping[0].size,
+        effective_facets=float(sloping[0].size * naive[1, 1] / cov[1, 1]),
+    )
+
+
+def gamma_of(eta: float) -> float:
+    """γ = 1 + 1/η; ∞ where it can't be told from Beckmann."""
+    return float(1 + 1 / eta) if eta > _BECKMANN_ETA else float("inf")
+
+
+def rho2(p: Array, q: Array, scatter: Array) -> Array:
+    """ρ² = sᵀ S⁻¹ s of slopes, flat."""
+    a, b, _, c = np.linalg.inv(scatter).ravel()
+    return np.asarray(a * p**2 + 2 * b * p * q + c * q**2).ravel()
+
+
+def _checked(p: Array, q: Array) -> Maximum:
+    """The fit, if there is one."""
+    if p.size < MIN_FACETS:
+        raise InputError(f"{p.size} facets: a fit needs {MIN_FACETS}; take a larger surface")
+    flat = int(np.count_nonzero((p == 0) & (q == 0)))
+    if flat <= p.size // 2:
+        found = maximise(p, q)
+        if found.eta < 0.999 * found.eta_limit:
+            return found
+    raise InputError(
+        f"{flat} of {p.size} facets are exactly flat: no STD fits; a plateau, a filled gap, or "
+        "heights in steps that are too coarse"
+        if flat
+        else "no STD with γ > 1.05 fits: a few facets are steeper than any tail; look for spikes"
+    )
+
+
+def _around(value: float, reach: float) -> Interval:
+    return float(value * np.exp(-reach)), float(value * np.exp(reach))
+
+
+def _axes(scatter: Array) -> Array:
+    """(ln σ_x, ln σ_y, azimuth in radians −π/4 … π/4)."""
+    azimuth = np.arctan2(2 * scatter[0, 1], scatter[0, 0] - scatter[1, 1]) / 2
+    mean, half = np.trace(scatter) / 2, np.hypot((scatter[0, 0] - scatter[1, 1]) / 2, scatter[0, 1])
+    # Not mean − half, which cancels where one axis is far rougher.
+    major, minor = mean + half, np.linalg.det(scatter) / (mean + half)
+    if abs(azimuth) <= np.pi / 4:
+        return np.array([np.log(major) / 2, np.log(minor) / 2, azimuth])
+    return np.array(
+        [np.log(minor) / 2, np.log(major) / 2, azimuth - np.copysign(np.pi / 2, azimuth)]
+    )
+
+
+def _jacobian(scatter: Array) -> Array:
+    """Derivatives of `_axes` by (m, d, e), see `covariance`; by differences."""
+    root = np.linalg.cholesky(scatter)
+    step = 1e-6
+    columns = []
+    for basis in (np.eye(2), np.diag([1.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])):
+        ahead, behind = (_axes(root @ (np.eye(2) + s * basis) @ root.T) for s in (step, -step))
+        change = ahead - behind
+        if abs(change[2]) > np.pi / 4:  # across 45° the axes change their names
+            ahead = np.array([ahead[1], ahead[0], ahead[2] - np.copysign(np.pi / 2, change[2])])
+            change = np.asarray(ahead - behind)
+        columns.append(change / (2 * step))
+    return np.stack(columns, axis=1)
+
+
+def _isotropy(found: Maximum, cov: Array, tiles: int) -> float:
+    """p-value of S being a multiple of the unit matrix, from its two deviations."""
+    root = np.linalg.cholesky(found.scatter)
+
+    def deviations(s: Array) -> Array:
+        return np.asarray([s[0, 0] - s[1, 1], 2 * s[0, 1]]) / float(np.trace(s))
+
+    step = 1e-6
+    at = deviations(found.scatter)
+    jacobian = np.stack(
+        [
+            (deviations(root @ (np.eye(2) + step * basis) @ root.T) - at) / step
+            for basis in (np.eye(2), np.diag([1.0, -1.0]), np.array([[0.0, 1.0], [1.0, 0.0]]))
+        ],
+        axis=1,
+    )
+    spread = jacobian @ cov[1:, 1:] @ jacobian.T
+    squared = float(at @ np.linalg.solve(spread, at))
+    freedom = max(tiles - 5, 1)
+    return float(stats.f.sf(squared * freedom / (2 * (freedom + 1)), 2, freedom))

@@ -1,0 +1,155 @@
+"""Likelihood of facet slopes under STD with any axes: its maximum, and how well that is known.
+
+With the scatter matrix S, ρ² = sᵀ S⁻¹ s and η = 1/(γ−1) a facet of slope s has
+
+    −ln f = ln π + ½ ln det S + (1 + 1/η) ln(1 + η ρ²)
+
+(the bivariate Student t; Ribardière et al. 2017). η = 0 is Beckmann, an inner value of
+the search's closed range and not a limit to run after. S has the eigenvalues σ_x² and
+σ_y²; isotropic it is σ² times the unit matrix.
+
+Facets of one surface are far from independent: covariances come from a sandwich
+estimator (White, Econometrica 50(1), 1982) with scores summed over tiles of the surface,
+each taken as one observation. They hold for surfaces whose correlation is short against
+a tile, an eighth of a side.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TILES = 8
+"""Tiles a side: 64 observations for the covariance of four parameters."""
+MAX_ETA = 20.0
+"""γ = 1.05: beyond, there is no mean slope for a mesh to show."""
+
+
+@dataclass(frozen=True, eq=False)
+class Maximum:
+    """The highest likelihood: η, scatter S of shape (2, 2), the largest η that was allowed."""
+
+    eta: float
+    scatter: Array
+    eta_limit: float
+
+
+def maximise(p: Array, q: Array, *, isotropic: bool = False, eta: float | None = None) -> Maximum:
+    """Find η and S of the highest likelihood, S isotropic or η given if told.
+
+    Where a share f₀ of the facets does not slope at all, the likelihood has a pole at
+    S = 0 beyond η = (1 − f₀)/f₀: the search stays on this side of it.
+
+    Parameters
+    ----------
+    p, q : ndarray, one shape
+        Slopes along x and y; not all zero.
+
+    """
+    products = np.stack([p.ravel() ** 2, (p * q).ravel(), q.ravel() ** 2])
+    scale = float(np.mean(products[0] + products[2])) / 2
+    products /= scale
+    flat = float(np.mean(products[0] + products[2] == 0))
+    limit = min(MAX_ETA, 0.99 * (1 - flat) / flat) if flat > 0 else MAX_ETA
+    low, high = (0.0, limit) if eta is None else (eta, eta)
+    start = min(max(0.5, low), high)
+
+    def negative(at: Array) -> tuple[float, Array]:
+        """−ln f less its constant, and its gradient by η, u, v, w: S⁻¹ = L Lᵀ, L = [eᵘ 0; v eʷ]."""
+        eta, u, v, w = (*at, 0.0, at[1])[:4] if isotropic else at
+        eu, ew = np.exp(u), np.exp(w)
+        rho2 = np.array([eu * eu, 2 * eu * v, v * v + ew * ew]) @ products
+        value, by_eta, weight = _kernel(rho2, eta)
+        pp, pq, qq = products @ weight / weight.size
+        by_u = 2 * (eu * eu * pp + eu * v * pq) - 1
+        by_w = 2 * ew * ew * qq - 1
+        mean = float(np.mean(value)) - u - w
+        if isotropic:
+            return mean, np.array([np.mean(by_eta), by_u + by_w])
+        return mean, np.array([np.mean(by_eta), by_u, 2 * (eu * pq + v * qq), by_w])
+
+    found = minimize(
+        negative, [start, 0.0] if isotropic else [start, 0.0, 0.0, 0.0], jac=True,
+        method="L-BFGS-B", bounds=[(low, high), *[(-20.0, 20.0)] * (1 if isotropic else 3)],
+        options={"ftol": 1e-15, "gtol": 1e-9, "maxiter": 200, "maxls": 40},
+    )  # fmt: skip
+    best, u, v, w = (*found.x, 0.0, found.x[1])[:4] if isotropic else found.x
+    root = np.array([[np.exp(u), 0.0], [v, np.exp(w)]])
+    return Maximum(float(best), scale * np.linalg.inv(root @ root.T), limit)
+
+
+def _kernel(rho2: Array, eta: float) -> tuple[Array, Array, Array]:
+    """(1 + 1/η) ln(1 + η ρ²), its derivative by η, and its derivative by ρ²."""
+    weight = (1 + eta) / (1 + eta * rho2)
+    if eta > 1e-6:
+        log = np.log1p(eta * rho2)
+        return (1 + 1 / eta) * log, weight * rho2 / eta - log / eta**2, weight
+    return rho2, rho2 - rho2**2 / 2, weight
+
+
+def covariance(
+    p: Array, q: Array, found: Maximum, measured: Mask | None = None
+) -> tuple[Array, Array, int]:
+    """Covariance of (η, m, d, e) about a maximum, S → R exp[m+d, e; e, m−d] Rᵀ, S = R Rᵀ.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape (2, rows, columns)
+        Slopes of all facets, see `heightfield.facet_slopes`.
+    found : Maximum
+        Of those that were measured.
+    measured : ndarray of bool, shape (2, rows, columns), optional
+        Which were.
+
+    Returns
+    -------
+    by tiles, as if facets were independent : ndarray, shape (4, 4)
+    tiles : int
+        With a measured facet in them.
+
+    """
+    root = np.linalg.cholesky(found.scatter)
+    u, v = np.einsum("ij,j...->i...", np.linalg.inv(root), np.stack([p, q]))
+    if measured is None:
+        measured = np.ones(p.shape, dtype=np.bool_)
+
+    def score(u: Array, v: Array, eta: float) -> Array:
+        _, by_eta, weight = _kernel(u * u + v * v, eta)
+        parts = [
+            -by_eta,
+            weight * (u * u + v * v) - 1,
+            weight * (u * u - v * v),
+            weight * 2 * u * v,
+        ]
+        return np.where(measured, np.stack(parts), 0.0)
+
+    first = score(u, v, found.eta)
+    step = 1e-4
+    moved = (
+        score(u, v, found.eta + step * (1 + found.eta)),
+        score(u * (1 - step / 2), v * (1 - step / 2), found.eta),
+        score(u * (1 - step / 2), v * (1 + step / 2), found.eta),
+        score(u - step / 2 * v, v - step / 2 * u, found.eta),
+    )
+    sizes = (step * (1 + found.eta), step, step, step)
+    information = -np.stack(
+        [(m - first).sum(axis=(1, 2, 3)) / s for m, s in zip(moved, sizes, strict=True)], axis=1
+    )
+    inverse = np.linalg.inv((information + information.T) / 2)
+    sums = _tile_sums(first.sum(axis=1)).reshape(4, -1)
+    tiles = int(np.count_nonzero(_tile_sums(measured.sum(axis=0)[None].astype(float))))
+    meat = sums @ sums.T * (tiles / max(tiles - 4, 1))
+    return np.asarray(inverse @ meat @ inverse), np.asarray(inverse), tiles
+
+
+def _tile_sums(values: Array) -> Array:
+    """Sum (…, rows, columns) over tiles, at most 8 a side."""
+    for axis in (-2, -1):
+        count = values.shape[axis]
+        edges = np.unique(np.arange(TILES) * count // TILES)
+        values = np.add.reduceat(values, edges, axis=axis)
+    return values
