@@ -5,6 +5,7 @@ import click
 from .. import __version__
 from .advise import advise_command
 from .convergence import convergence_command
+from .fit import fit_command
 from .measure import measure_command
 from .plot import plot_command
 from .predict import predict_command
@@ -33,5 +34,6 @@ for _command in (
     tradeoff_command,
     advise_command,
     plot_command,
+    fit_command,
 ):
     cli.add_command(_command)

@@ -1,0 +1,95 @@
+"""What `microsurf fit` does with a measured surface."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from ..analysis.surface_fit.study import SurfaceStudy, as_json, study_surface
+from ..errors import InputError
+from ..files import check_writable, whole_file
+from ..report.figures import surface_fit as drawn
+from ..report.figures.figure import DPI
+from ..scene import BECKMANN, Roughness, Scene, Surface
+from ..scene.toml import to_toml
+from ..surface import level, read_asked
+from .output import check_ending
+
+FIGURES = (".png", ".pdf", ".svg")
+
+
+def fit_surface_command(
+    asked: Surface,
+    *,
+    levelled: bool,
+    out: Path | None = None,
+    figure: Path | None = None,
+) -> dict[str, Any]:
+    """Fit a file and return the figures to print; see `analysis.surface_fit`.
+
+    Parameters
+    ----------
+    asked : Surface
+        The file and how to read it.
+    levelled : bool
+        Whether ``asked.level`` was given; else a surface that is no period of a periodic
+        one has its quadratic taken out.
+    out, figure : Path, optional
+        A scene that validates the fit (.toml), and a picture. Nothing is written if the
+        fit fails.
+
+    Raises
+    ------
+    InputError
+        If the file or an option is not as it must be, or no STD fits.
+
+    """
+    for wanted, endings in ((out, (".toml",)), (figure, FIGURES)):
+        if wanted is not None:
+            check_ending(wanted, *endings)
+            check_writable(wanted)
+    stored = read_asked(asked)
+    form = asked.level if levelled or stored.boundary == "periodic" else "quadratic"
+    try:
+        study = study_surface(stored, level(stored, form))
+    except InputError as error:
+        raise InputError(f"{asked.file}: {error}") from error
+    text = None if out is None else to_toml(scene_of(study, asked, form, out))
+    files = []
+    if out is not None and text is not None:
+        with whole_file(out) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+        files.append(str(out))
+    if figure is not None:
+        with whole_file(figure) as temporary:
+            drawn.figure(drawn.rows(study), study).savefig(temporary, dpi=DPI)
+        files.append(str(figure))
+    return {**as_json(study), "files": files}
+
+
+def scene_of(study: SurfaceStudy, asked: Surface, form: str, out: Path) -> Scene:
+    """Scene that traces the surface and compares it with its own fit.
+
+    Raises
+    ------
+    InputError
+        If the fit is one for which there is no theory.
+
+    """
+    fit = study.fit
+    sigma = (fit.sigma,) if fit.isotropic else (fit.sigma_x, fit.sigma_y)
+    try:
+        roughness = Roughness(min(fit.gamma, BECKMANN), sigma)
+    except InputError as error:
+        raise InputError(f"{out}: no scene for this fit ({error}); fit without --out") from error
+    file = os.path.relpath(str(asked.file), out.parent)
+    axes = "" if fit.azimuth is None else f", axes at {fit.azimuth:.1f}°"
+    return Scene(
+        title=f"{Path(file).stem}: γ = {fit.gamma:.3g}, σ = {fit.sigma:.3g}{axes}",
+        rationale="A measured surface against STD fitted to its slopes by microsurf fit.",
+        roughness=roughness,
+        surface=Surface(
+            file=file, spacing=asked.spacing, boundary=study.surface.boundary, level=form,
+            channel=asked.channel, voids=asked.voids, height_unit=asked.height_unit,
+            void_value=asked.void_value,
+        ),
+    )  # fmt: skip

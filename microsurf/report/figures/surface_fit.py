@@ -1,0 +1,156 @@
+"""Slopes of a measured surface against GGX, Beckmann and STD, and how the fit moves with scale."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ...analysis.surface_fit.study import MODELS, SurfaceStudy
+from ...physics import student_t
+from ...surface import facet_slopes
+from ...surface.heightfield import measured_facets
+from ...surface.slope_fit import rho2
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure
+
+Array = NDArray[np.float64]
+
+_POINTS = 120
+_STYLES = {
+    "std": (ORANGE, "-", 3.0), "ggx": (BLUE, "--", 1.4), "beckmann": (VERMILION, ":", 1.6),
+}  # fmt: skip
+_NAMES = {"std": "STD", "ggx": "GGX", "beckmann": "Beckmann"}
+
+
+def rows(study: SurfaceStudy) -> list[dict[str, Any]]:
+    """What `figure` draws.
+
+    Curves "facets", "std", "ggx" and "beckmann": share of facets steeper than ``x`` =
+    |slope|, where along axes of different σ a slope counts by STD's ρ times √(σ_x σ_y).
+    Rows "scale": pixel, γ and σ with their intervals.
+    """
+    h, fit = study.surface, study.fit
+    p, q = facet_slopes(h)
+    measured = measured_facets(h)
+    p, q = (p.ravel(), q.ravel()) if measured is None else (p[measured], q[measured])
+    slope = np.sort(np.sqrt(rho2(p, q, _scatter(study)))) * fit.sigma
+    share = 1 - (np.arange(slope.size) + 0.5) / slope.size
+    taken = np.unique(np.geomspace(1, slope.size, _POINTS).astype(int)) - 1
+    taken = np.unique(np.concatenate([taken, slope.size - 1 - taken]))
+    taken = taken[slope[taken] > 0]
+    found = _curve("facets", slope[taken], share[taken])
+    grid = np.geomspace(fit.sigma / 100, slope[-1] * 2, 200)
+    for name in _STYLES:
+        sigma = study.models[name]["sigma"]
+        found += _curve(name, grid, _share_steeper(grid / sigma, _gamma(study, name)))
+    for row in study.scales:
+        found.append({
+            "curve": "scale", "x": float(np.sqrt(row["pixel"][0] * row["pixel"][1])),
+            "gamma": row["gamma"], "gamma_low": row["gamma_ci"][0],
+            "gamma_high": row["gamma_ci"][1], "sigma": row["sigma"],
+            "sigma_low": row["sigma_ci"][0], "sigma_high": row["sigma_ci"][1],
+        })  # fmt: skip
+    return found
+
+
+def _scatter(study: SurfaceStudy) -> Array:
+    """S of the fitted STD, from its axes."""
+    fit = study.fit
+    turn = np.radians(fit.azimuth or 0.0)
+    axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    return np.asarray(axes @ np.diag([fit.sigma_x**2, fit.sigma_y**2]) @ axes.T)
+
+
+def _gamma(study: SurfaceStudy, name: str) -> float:
+    if name == "std":
+        return study.fit.gamma
+    return np.inf if MODELS[name] == 0 else 1 + 1 / MODELS[name]
+
+
+def _share_steeper(rho: Array, gamma: float) -> Array:
+    """1 − slope_cdf, without the rounding of that difference."""
+    power = 1.0 if np.isinf(gamma) else 1 - 1 / gamma
+    return np.exp(student_t.log_kernel(rho**2, gamma) * power)
+
+
+def _curve(name: str, x: Array, y: Array) -> list[dict[str, Any]]:
+    return [{"curve": name, "x": float(a), "y": float(b)} for a, b in zip(x, y, strict=True)]
+
+
+def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> Figure:
+    """Draw `rows`: slopes on the left, γ and σ by pixel on the right."""
+    made = new_figure(3.1)
+    slopes, scale = made.subplots(1, 2, width_ratios=(1.25, 1))
+    for name, (colour, line, width) in _STYLES.items():
+        x, y = _points(drawn, name)
+        model, gamma = study.models[name], _gamma(study, name)
+        label = f"{_NAMES[name]}, σ {model['sigma']:.3g}, KS {model['ks']:.2g}"
+        if name == "std":
+            label = f"STD, γ {'∞' if np.isinf(gamma) else f'{gamma:.3g}'}" + label[3:]
+        slopes.plot(x, y, color=colour, linestyle=line, linewidth=width, label=label)
+    x, y = _points(drawn, "facets")
+    slopes.plot(x, y, ".", color=BLACK, markersize=3.5, label="facets")
+    _mark_step(slopes, study)
+    slopes.set(
+        xscale="log", yscale="log", ylim=(y.min() / 4, 2), xlabel="slope",
+        xlim=(study.fit.sigma / 30, x.max() * 1.6), ylabel="share of facets steeper",
+    )  # fmt: skip
+    slopes.set_title("slopes of the facets", fontsize=9)
+    slopes.legend(fontsize=SMALL, loc="lower left", framealpha=0.9)
+    clean(slopes)
+    _draw_scales(scale, [row for row in drawn if row["curve"] == "scale"], study)
+    return made
+
+
+def _mark_step(axes: Axes, study: SurfaceStudy) -> None:
+    """The slope of one step of the heights: below, slopes are the instrument's."""
+    if study.height_step is not None:
+        step = study.height_step / float(np.sqrt(np.prod(study.surface.pixel)))
+        axes.axvline(step, color=GREY, linestyle="-.", linewidth=1.2, label="one step of heights")
+
+
+def _points(drawn: list[dict[str, Any]], name: str) -> tuple[Array, Array]:
+    values = np.array([[row["x"], row["y"]] for row in drawn if row["curve"] == name])
+    return values[:, 0], values[:, 1]
+
+
+def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) -> None:
+    unit = study.surface.provenance.get("unit", "unit of the file")
+    pixel = np.array([row["x"] for row in scales])
+    right = axes.twinx()
+    for panel, name, colour, marker, shift in (
+        (axes, "gamma", BLACK, "o", 0.98), (right, "sigma", BLUE, "s", 1.02),
+    ):  # fmt: skip
+        value, low, high = (
+            np.array([row[key] for row in scales]) for key in (name, f"{name}_low", f"{name}_high")
+        )
+        there = np.isfinite(value)
+        top = np.where(np.isfinite(high), high, 10 * value)[there]
+        panel.errorbar(
+            pixel[there] * shift, value[there], [(value - low)[there], top - value[there]],
+            color=colour, marker=marker, markersize=4.5, capsize=2.5, linewidth=1.0,
+        )  # fmt: skip
+        panel.set(xscale="log", yscale="log")
+    plain = [f"{d:.3g}" for d in pixel]
+    axes.set_xticks(pixel, plain)
+    axes.minorticks_off()
+    axes.set_xlabel(f"pixel ({unit})")
+    axes.set_ylabel("γ (circles)")
+    right.set_ylabel("σ (squares)", color=BLUE)
+    axes.set_title("the fit at coarser pixels", fontsize=9)
+    _few_ticks(axes)
+    _few_ticks(right)
+    clean(axes)
+    right.spines["top"].set_visible(False)
+
+
+def _few_ticks(axes: Axes) -> None:
+    """Ticks of a logarithmic axis that may be less than a decade high, as plain numbers."""
+    low, high = axes.get_ylim()
+    marks = np.array([a * 10.0**e for e in range(-9, 5) for a in (1, 1.5, 2, 3, 4, 6, 8)])
+    inside = marks[(marks >= low) & (marks <= high)]
+    if inside.size < 2:
+        inside = np.geomspace(low, high, 4)[1:3]
+    axes.set_yticks(inside, [f"{mark:.3g}" for mark in inside])
+    axes.yaxis.minorticks_off() if hasattr(axes.yaxis, "minorticks_off") else axes.minorticks_off()
