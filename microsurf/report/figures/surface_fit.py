@@ -80,7 +80,7 @@ def _curve(name: str, x: Array, y: Array) -> list[dict[str, Any]]:
 
 def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> Figure:
     """Draw `rows`: slopes on the left, γ and σ by pixel on the right."""
-    made = new_figure(3.1)
+    made = new_figure(3.4)
     slopes, scale = made.subplots(1, 2, width_ratios=(1.25, 1))
     for name, (colour, line, width) in _STYLES.items():
         x, y = _points(drawn, name)
@@ -97,7 +97,9 @@ def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> Figure:
         xlim=(study.fit.sigma / 30, x.max() * 1.6), ylabel="share of facets steeper",
     )  # fmt: skip
     slopes.set_title("slopes of the facets", fontsize=9)
-    slopes.legend(fontsize=SMALL, loc="lower left", framealpha=0.9)
+    made.legend(
+        *slopes.get_legend_handles_labels(), fontsize=SMALL, loc="outside lower center", ncols=3
+    )
     clean(slopes)
     _draw_scales(scale, [row for row in drawn if row["curve"] == "scale"], study)
     return made
@@ -131,7 +133,7 @@ def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) 
             pixel[there] * shift, value[there], [(value - low)[there], top - value[there]],
             color=colour, marker=marker, markersize=4.5, capsize=2.5, linewidth=1.0,
         )  # fmt: skip
-        panel.set(xscale="log", yscale="log")
+    axes.set(xscale="log", yscale="log")
     plain = [f"{d:.3g}" for d in pixel]
     axes.set_xticks(pixel, plain)
     axes.minorticks_off()
@@ -140,7 +142,6 @@ def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) 
     right.set_ylabel("σ (squares)", color=BLUE)
     axes.set_title("the fit at coarser pixels", fontsize=9)
     _few_ticks(axes)
-    _few_ticks(right)
     clean(axes)
     right.spines["top"].set_visible(False)
 
@@ -153,4 +154,4 @@ def _few_ticks(axes: Axes) -> None:
     if inside.size < 2:
         inside = np.geomspace(low, high, 4)[1:3]
     axes.set_yticks(inside, [f"{mark:.3g}" for mark in inside])
-    axes.yaxis.minorticks_off() if hasattr(axes.yaxis, "minorticks_off") else axes.minorticks_off()
+    axes.minorticks_off()
