@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from ...analysis.surface_fit.study import MODELS, SurfaceStudy
@@ -121,6 +122,7 @@ def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) 
     unit = study.surface.provenance.get("unit", "unit of the file")
     pixel = np.array([row["x"] for row in scales])
     right = axes.twinx()
+    bounds: list[float] = []
     for panel, name, colour, marker, shift in (
         (axes, "gamma", BLACK, "o", 0.98), (right, "sigma", BLUE, "s", 1.02),
     ):  # fmt: skip
@@ -133,25 +135,34 @@ def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) 
             pixel[there] * shift, value[there], [(value - low)[there], top - value[there]],
             color=colour, marker=marker, markersize=4.5, capsize=2.5, linewidth=1.0,
         )  # fmt: skip
-    axes.set(xscale="log", yscale="log")
-    plain = [f"{d:.3g}" for d in pixel]
-    axes.set_xticks(pixel, plain)
-    axes.minorticks_off()
+        bounds += [*low[there], *top] if name == "gamma" else []
+    axes.set_xscale("log")
+    unbounded = np.array([not np.isfinite(row["gamma"]) for row in scales])
+    axes.plot(
+        pixel[unbounded], np.full(unbounded.sum(), 0.96), "^", color=BLACK, markersize=7,
+        transform=axes.get_xaxis_transform(),
+    )  # fmt: skip
+    if bounds and max(bounds) > 3 * min(bounds):
+        axes.set_yscale("log")
+        _few_ticks(axes)
+    elif not bounds:
+        axes.set_yticks([])
+    axes.set_xticks(pixel, [f"{d:.3g}" for d in pixel])
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel(f"pixel ({unit})")
-    axes.set_ylabel("γ (circles)")
+    axes.set_ylabel("γ (circles; triangles: ∞)" if unbounded.any() else "γ (circles)")
     right.set_ylabel("σ (squares)", color=BLUE)
     axes.set_title("the fit at coarser pixels", fontsize=9)
-    _few_ticks(axes)
     clean(axes)
     right.spines["top"].set_visible(False)
 
 
 def _few_ticks(axes: Axes) -> None:
-    """Ticks of a logarithmic axis that may be less than a decade high, as plain numbers."""
+    """Ticks of a logarithmic axis, few and as plain numbers."""
     low, high = axes.get_ylim()
-    marks = np.array([a * 10.0**e for e in range(-9, 5) for a in (1, 1.5, 2, 3, 4, 6, 8)])
+    marks = np.array([a * 10.0**e for e in range(-9, 5) for a in (1, 2, 5)])
     inside = marks[(marks >= low) & (marks <= high)]
     if inside.size < 2:
         inside = np.geomspace(low, high, 4)[1:3]
-    axes.set_yticks(inside, [f"{mark:.3g}" for mark in inside])
-    axes.minorticks_off()
+    axes.set_yticks(inside, [f"{mark:.4g}" for mark in inside])
+    axes.yaxis.set_minor_locator(NullLocator())
