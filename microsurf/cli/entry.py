@@ -24,6 +24,8 @@ def main() -> None:
     if sys.stderr is None:  # closed by the caller: progress bars can't bear that
         sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - to the end
     _print_anywhere()
+    # Of notebooks, whose module is often missing where this runs: matplotlib would not load.
+    os.environ.pop("MPLBACKEND", None)
     # Libraries swallow or misreport a Ctrl-C that meets them while they load: nothing
     # has begun yet, so it ends the process here. Whoever ignores it goes on ignoring it.
     usual = signal.getsignal(signal.SIGINT)

@@ -4,14 +4,16 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..files import whole_file
-from ..report.figures.figure import as_csv
+from ..report.figures.figure import as_csv, write
 
-Content = Figure | str | Mapping[str, Any] | Sequence[Mapping[str, Any]]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Text: TypeAlias = str | Mapping[str, Any] | Sequence[Mapping[str, Any]]
+Content: TypeAlias = "Figure | Text"
 
 
 def save(folder: Path, contents: Mapping[str, Content], dpi: int = 150) -> None:
@@ -30,16 +32,16 @@ def save(folder: Path, contents: Mapping[str, Content], dpi: int = 150) -> None:
     with ExitStack() as files:
         for name, content in contents.items():
             path = files.enter_context(whole_file(folder / name))
-            if isinstance(content, Figure):
-                content.savefig(path, dpi=dpi if path.suffix == ".png" else "figure")
-            else:
+            if isinstance(content, str | Mapping | Sequence):
                 path.write_text(_text(content), encoding="utf-8", newline="\n")
+            else:
+                write(content, path, dpi)
 
 
 def save_study(
     folder: Path,
     name: str,
-    figure: Figure,
+    figure: "Figure",
     rows: Sequence[Mapping[str, Any]],
     values: Mapping[str, Any],
     dpi: int = 150,
@@ -62,7 +64,7 @@ def rounded(rows: Iterable[Mapping[str, Any]], digits: int) -> list[dict[str, An
     ]
 
 
-def _text(content: str | Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> str:
+def _text(content: Text) -> str:
     if isinstance(content, str):
         return content
     if isinstance(content, Mapping):

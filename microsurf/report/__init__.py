@@ -7,8 +7,7 @@ import xarray as xr
 
 from ..files import whole_file
 from .attachments import make_folder, make_folders
-from .figures import lobes
-from .figures.figure import DPI, svg
+from .figures import figure, lobes
 from .html import write
 from .phrases import movements, unexpected
 
@@ -20,11 +19,6 @@ def plot_results(results: Mapping[str, xr.Dataset], out: Path, kd: float | None 
 
     The same results give the same bytes.
     """
-    figure = lobes.of_results(results, kd)
-    ending = out.suffix.lower()
+    drawn = lobes.of_results(results, kd)
     with whole_file(out) as temporary:
-        if ending == ".svg":
-            temporary.write_text(svg(figure), encoding="utf-8", newline="\n")
-        else:
-            undated = {"CreationDate": None} if ending == ".pdf" else {"Software": None}
-            figure.savefig(temporary, dpi=DPI, metadata=undated)
+        figure.write(drawn, temporary)

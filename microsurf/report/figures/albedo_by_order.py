@@ -1,17 +1,19 @@
 """Albedo by order: how much one bounce leaves out, and whether a random walk knows it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 from scipy import stats
 
 from ...results import albedos, detector
 from ...scene import Scene
 from .lobes import MEASURED
-from .style import BLACK, BLUE, ORANGE, SMALL, VERMILION, clean, model_style, new_figure
+from .style import BLACK, BLUE, ORANGE, SMALL, VERMILION, clean, model_style, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _STYLES = {
     MEASURED: (BLACK, "o", "measured"),
@@ -55,7 +57,8 @@ def _interval(values: np.ndarray) -> dict[str, float]:
     return {"albedo": mean, "low": mean - half, "high": mean + half}
 
 
-def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+@own_style()
+def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a panel for each order, each with its own scale from 0."""
     orders = sorted({row["order"] for row in drawn})
     made = new_figure(2.8, 7.1 if len(orders) > 1 else 3.5)

@@ -1,14 +1,16 @@
 """convergence.png and .pdf: what mesh, tile, realisations and rays leave, a panel each."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ...analysis.convergence.study import Convergence, Row
 from ...stats.variance_components import CONFIDENCE
-from .style import GREY, QUANTITY_STYLE, SMALL, clean, new_figure
+from .style import GREY, QUANTITY_STYLE, SMALL, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _SHOWN = 60.0
 _TITLES = (
@@ -19,7 +21,8 @@ _TITLES = (
 )
 
 
-def draw(found: Convergence, name: str) -> Figure:
+@own_style()
+def draw(found: Convergence, name: str) -> "Figure":
     """One incidence, the one nearest to 60°, and the first Kd; all others are in the table."""
     figure = new_figure(6.6)
     panels = figure.subplots(2, 2).ravel()
@@ -55,7 +58,7 @@ def _rows(rows: list[Row], shown: Row, quantity: str) -> list[Row]:
     return [row for row in rows if row.items() >= (shown | {"quantity": quantity}).items()]
 
 
-def _differences(panel: Axes, rows: list[Row], shown: Row, key: str, label: str) -> None:
+def _differences(panel: "Axes", rows: list[Row], shown: Row, key: str, label: str) -> None:
     """Relative differences to the finest step."""
     if not rows:
         _nothing(panel, label)
@@ -81,7 +84,7 @@ def _differences(panel: Axes, rows: list[Row], shown: Row, key: str, label: str)
     clean(panel)
 
 
-def _deviations(panel: Axes, found: Convergence, study: str, shown: Row, label: str) -> None:
+def _deviations(panel: "Axes", found: Convergence, study: str, shown: Row, label: str) -> None:
     """Measured standard errors of a mean against 1/√N."""
     rows = getattr(found, study)
     if not rows:
@@ -123,6 +126,6 @@ def _exponent(fit: Row) -> str:
     return f"N^({fit['power']:+.2f} ± {(fit['high'] - fit['low']) / 2:.2f})"
 
 
-def _nothing(panel: Axes, label: str) -> None:
+def _nothing(panel: "Axes", label: str) -> None:
     panel.text(0.5, 0.5, "one surface: does not vary", ha="center", transform=panel.transAxes)
     panel.set(xticks=[], yticks=[], xlabel=label)

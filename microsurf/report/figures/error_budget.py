@@ -1,13 +1,15 @@
 """The error budget of one scene as a picture: terms beside what they add up to."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PANELS = {"order-1 specular": "order-1 specular", "order-1 body": "order-1 body", "total": "total"}
 _STYLE = {
@@ -36,7 +38,8 @@ def drawn_terms(rows: Sequence[dict[str, Any]]) -> list[str]:
     ]  # fmt: skip
 
 
-def figure(rows: Sequence[dict[str, Any]]) -> Figure:
+@own_style()
+def figure(rows: Sequence[dict[str, Any]]) -> "Figure":
     """Draw rows of `budget.rows` of one Kd and azimuth: a panel for each of PANELS."""
     names = [q for q in PANELS if any(r["quantity"] == q and r["predicted"] > 0 for r in rows)]
     terms = drawn_terms(rows)
@@ -58,7 +61,7 @@ def figure(rows: Sequence[dict[str, Any]]) -> Figure:
     return made
 
 
-def _panel(panel: Axes, rows: list[dict[str, Any]], terms: list[str]) -> None:
+def _panel(panel: "Axes", rows: list[dict[str, Any]], terms: list[str]) -> None:
     thetas = list(dict.fromkeys(row["theta_i"] for row in rows))
     mine = [t for t in terms if any(row["term"] == t for row in rows)]
     width = 0.8 / max(len(mine), 1)

@@ -7,13 +7,15 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 
 from ...files import whole_file
+from .style import own_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DPI = 200
 """Of the raster: what journals ask of a halftone at half a page, and sharp on a screen."""
@@ -46,7 +48,7 @@ class Picture:
     """
 
     name: str
-    figure: Figure
+    figure: "Figure"
     caption: str
     rows: Sequence[Mapping[str, Any]]
 
@@ -74,30 +76,38 @@ def save(picture: Picture, folder: Path) -> str:
     names = [folder / f"{picture.name}.{ending}" for ending in ENDINGS]
     with ExitStack() as files:
         vector, raster, table = (files.enter_context(whole_file(name)) for name in names)
-        text = svg(picture.figure)
-        vector.write_text(text, encoding="utf-8", newline="\n")
-        _save_raster(picture.figure, raster)
+        write(picture.figure, vector)
+        _as_laid_out(picture.figure, raster)
         table.write_text(as_csv(picture.rows), encoding="utf-8", newline="\n")
-    return text
+    return names[0].read_text(encoding="utf-8")
 
 
-def _save_raster(figure: Figure, path: Path) -> None:
+def _as_laid_out(figure: "Figure", path: Path) -> None:
     """As it was laid out for the SVG: laying out is half the work."""
     engine = figure.get_layout_engine()
     figure.set_layout_engine("none")
     try:
-        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+        write(figure, path)
     finally:
         figure.set_layout_engine(engine)
 
 
-def svg(figure: Figure) -> str:
-    """Draw a figure as SVG, letters as outlines: it looks the same wherever it is opened."""
-    buffer = io.StringIO()
-    # A fixed salt and no date: the same figures give the same bytes.
-    with rc_context({"svg.hashsalt": "microsurf", "svg.fonttype": "path"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()
+def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:
+    """Write a figure as PNG, PDF or SVG, by the ending of ``path``: the only place that does.
+
+    The same figure gives the same bytes. Letters of an SVG are outlines: it looks the same
+    wherever it is opened. ``dpi`` is that of a PNG.
+    """
+    from matplotlib import rc_context  # noqa: PLC0415 - late: only to draw
+
+    ending = path.suffix.lower()
+    unsaid = {".png": "Software", ".pdf": "CreationDate", ".svg": "Date"}
+    outlines = rc_context({"svg.hashsalt": "microsurf", "svg.fonttype": "path"})
+    with own_style(), outlines, path.open("wb") as file:
+        figure.savefig(
+            file, format=ending[1:], dpi=dpi if ending == ".png" else "figure",
+            metadata={unsaid[ending]: None},
+        )  # fmt: skip
 
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:

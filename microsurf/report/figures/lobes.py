@@ -2,19 +2,21 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ...errors import InputError
 from ...results import detector
 from ...scene import Scene
 from ...scene.toml import from_toml
 from .bands import cut, half_widths
-from .style import GREY, QUANTITY_STYLE, SMALL, clean, model_style, new_figure
+from .style import GREY, QUANTITY_STYLE, SMALL, clean, model_style, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MEASURED = "measured"
 
@@ -81,7 +83,8 @@ def _row(source: str, quantity: str, theta: float, value: float) -> dict[str, An
     }  # fmt: skip
 
 
-def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+@own_style()
+def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`, log scale, a panel for each θ_i."""
     thetas = list(dict.fromkeys(row["theta_i_deg"] for row in drawn))
     columns = 2 if len(thetas) > 1 else 1
@@ -134,7 +137,7 @@ def _limits(drawn: Sequence[dict[str, Any]]) -> tuple[float, float]:
     return min(max(min(lows, default=top) / 3, top * _FLOOR), top / 100), 2 * top
 
 
-def _draw(panel: Axes, source: str, name: str, curve: list[dict[str, Any]]) -> None:
+def _draw(panel: "Axes", source: str, name: str, curve: list[dict[str, Any]]) -> None:
     colour, marker, label = QUANTITY_STYLE[name]
     theta = np.array([row["theta_o_deg"] for row in curve])
     value = np.array([row["brdf_per_sr"] for row in curve])
@@ -159,7 +162,8 @@ def _draw(panel: Axes, source: str, name: str, curve: list[dict[str, Any]]) -> N
     )  # fmt: skip
 
 
-def of_results(datasets: Mapping[str, xr.Dataset], kd: float | None = None) -> Figure:
+@own_style()
+def of_results(datasets: Mapping[str, xr.Dataset], kd: float | None = None) -> "Figure":
     """Lobes of any results in the plane of incidence.
 
     Measurements are points with bands, predictions lines; a panel for each θ_i of

@@ -1,15 +1,16 @@
 """Masking and shadowing by facet slope: the mesh's beside Smith's, a panel for each θ_i."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from scipy import stats
 
-from .style import BLACK, BLUE, SMALL, VERMILION, clean, new_figure
+from .style import BLACK, BLUE, SMALL, VERMILION, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _STYLES: dict[str, tuple[str, str, Any, str]] = {
     "g1": (BLUE, "o", "-", r"$G_1$"),
@@ -40,8 +41,11 @@ def rows(found: Sequence[dict[str, Any]], surfaces: int) -> list[dict[str, Any]]
     return drawn
 
 
-def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+@own_style()
+def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: points are measured, with 95 % intervals; steps are Smith's."""
+    from matplotlib.lines import Line2D  # noqa: PLC0415 - late: only to draw
+
     thetas = list(dict.fromkeys(row["theta_i"] for row in drawn))
     across = min(_ACROSS, len(thetas))
     down = -(-len(thetas) // across)
@@ -67,7 +71,7 @@ def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
     return made
 
 
-def _panel(panel: Axes, mine: list[dict[str, Any]]) -> None:
+def _panel(panel: "Axes", mine: list[dict[str, Any]]) -> None:
     """One θ_i; the first bin and the last have no middle on this axis, they get a width."""
     inner = [row["rho_high"] for row in mine if row["rho_high"] is not None]
     low = np.array([max(row["rho_low"], inner[0] / 2) for row in mine])

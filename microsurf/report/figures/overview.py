@@ -1,15 +1,17 @@
 """All scenes in one picture: where the theory holds, and where it departs."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ...analysis.comparison import Comparison
 from ...results import albedos
 from . import verdicts
-from .style import GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure
+from .style import GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST = 60
 """Scenes in one picture: more would not be read."""
@@ -23,7 +25,8 @@ def rows(comparisons: Mapping[str, Sequence[Comparison]]) -> list[dict[str, Any]
     return [{"scene": name} | row for name, mine in shown for row in verdicts.rows(mine)]
 
 
-def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+@own_style()
+def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a line for each scene, within it its angles (and Kd) from top to bottom."""
     names = list(dict.fromkeys(row["scene"] for row in drawn))
     made = new_figure(1.5 + 0.42 * len(names))

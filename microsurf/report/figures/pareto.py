@@ -1,15 +1,17 @@
 """Error against cost of every rung of the ladder: the frontier, and what lies behind it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ...analysis.tradeoff import pareto
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES, Tradeoff
-from .style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure
+from .style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 GREEN, PURPLE = "#009E73", "#CC79A7"
 STYLE = {
@@ -75,7 +77,8 @@ def within(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
-def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> Figure:
+@own_style()
+def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> "Figure":
     """A panel for each of albedo, peak and lobe that the scene has, by its `rows`."""
     names = [q for q in CHOICES if any(row["quantity"] == q for row in table)]
     drawn = new_figure(3.9)
@@ -98,7 +101,7 @@ _HOW = (
 )
 
 
-def legend(drawn: Figure, columns: int = 3, title: str = _HOW) -> None:
+def legend(drawn: "Figure", columns: int = 3, title: str = _HOW) -> None:
     """Name each kind of rung once, below all panels."""
     handles: dict[str, Any] = {}
     for panel in drawn.axes:
@@ -110,7 +113,7 @@ def legend(drawn: Figure, columns: int = 3, title: str = _HOW) -> None:
     )  # fmt: skip
 
 
-def draw_methods(panel: Axes, table: Sequence[Mapping[str, Any]]) -> None:
+def draw_methods(panel: "Axes", table: Sequence[Mapping[str, Any]]) -> None:
     """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
     for row in table:
         colour, marker, label = STYLE[row["model"]]

@@ -1,19 +1,22 @@
 """Error against cost of several scenes: a panel each, and all of them in one."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES
 from .pareto import LEAST, MOST, STYLE, draw_methods, legend
-from .style import SMALL, new_figure
+from .style import SMALL, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Rows = Sequence[Mapping[str, Any]]
 
 
-def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> Figure:
+@own_style()
+def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> "Figure":
     """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity.
 
     A scene of one rung, which has no other to be compared with, gets none beside others.
@@ -67,7 +70,8 @@ def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
     return rows
 
 
-def over_all(rows: Rows) -> Figure:
+@own_style()
+def over_all(rows: Rows) -> "Figure":
     """A panel for each quantity of `medians`: symbols the medians, bars the middle half."""
     names = [q for q in CHOICES if any(row["quantity"] == q for row in rows)]
     drawn = new_figure(4.3)

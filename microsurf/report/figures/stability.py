@@ -1,18 +1,20 @@
 """The stability map as heat maps: digits right beside the digits that the conditioning leaves."""
 
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm
-from matplotlib.figure import Figure
 
 from ...stability import Stability
 from ...stability.case import ENOUGH, DomainPoint
 from ...stability.domain import SYMBOLS, ticked
 from ..stability_text import place
+from .style import new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import BoundaryNorm
+    from matplotlib.figure import Figure
 
 GROUPS = {
     "slopes": "distribution of slopes",
@@ -45,15 +47,19 @@ def rows(found: Stability) -> list[dict[str, Any]]:
     ]
 
 
-def figure(found: Stability, group: str) -> Figure:
+@own_style()
+def figure(found: Stability, group: str) -> "Figure":
     """Draw all laws of a group of GROUPS, two panels each: measured, and attainable.
 
     A cell is the worst over the law's other coordinates; a cross marks fewer than ENOUGH
     digits beyond what the conditioning costs. Laws of one coordinate share a panel.
     """
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - late: only to draw
+    from matplotlib.colors import BoundaryNorm  # noqa: PLC0415 - late: only to draw
+
     panels = _panels(_by_function(found, (group,)))
     lines = -(-len(panels) // _PAIRS)
-    drawn = Figure(figsize=(10.2, 2.35 * lines + 0.7), layout="constrained")
+    drawn = new_figure(2.35 * lines + 0.7, 10.2)
     axes = drawn.subplots(lines, 2 * _PAIRS, squeeze=False)
     norm = BoundaryNorm(_LEVELS, 256, extend="min")
     for k, (title, cells, x, y) in enumerate(panels):
@@ -123,7 +129,7 @@ def _panel(title: str, cells: _Cells, first: DomainPoint) -> _Panel:
 
 
 def _heat_map(
-    panel: Axes, cells: _Cells, what: str, x: _Axis, y: _Axis | None, norm: BoundaryNorm
+    panel: "Axes", cells: _Cells, what: str, x: _Axis, y: _Axis | None, norm: "BoundaryNorm"
 ) -> None:
     columns = x[1]
     lines = list(dict.fromkeys(key[1] for key in cells))

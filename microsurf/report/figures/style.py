@@ -1,10 +1,16 @@
-"""What the figures of a report share: palette, markers, names, and a page's width.
+"""What the figures of a report share: style, palette, markers, names, and a page's width.
 
-Drawn to be printed at their own size: no letter is smaller than 8 pt there.
+Drawn to be printed at their own size: no letter is smaller than 8 pt there. matplotlib is
+imported where something is drawn: what draws nothing starts faster, and runs without it.
 """
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Okabe and Ito's palette: told apart by the colour-blind; markers and lines say it again.
 BLACK, ORANGE, BLUE, VERMILION, GREY = (
@@ -42,12 +48,27 @@ def model_style(key: str) -> tuple[str, str]:
     return MODEL_STYLE.get(key, (OWN_MODEL, key))
 
 
-def new_figure(height: float, width: float = WIDTH) -> Figure:
+@contextmanager
+def own_style() -> Iterator[None]:
+    """Draw and save in matplotlib's own style, whatever a user's matplotlibrc asks for.
+
+    Ticks and letters take their style when they are laid out, so saving needs it as drawing does.
+    """
+    from matplotlib import rc_context, rcdefaults  # noqa: PLC0415 - late: only to draw
+
+    with rc_context():
+        rcdefaults()
+        yield
+
+
+def new_figure(height: float, width: float = WIDTH) -> "Figure":
     """Give a figure that lays itself out; inches."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 - late: only to draw
+
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def clean(axes: Axes) -> None:
+def clean(axes: "Axes") -> None:
     """Light grid, no box."""
     axes.grid(visible=True, color="#dddddd", linewidth=0.5)
     axes.set_axisbelow(True)

@@ -1,15 +1,17 @@
 """The surface itself: a profile, and its facet slopes against STD, out to what a mesh can hold."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ...physics import student_t
 from ...scene import Scene
 from ...surface import Heightfield, facet_slopes
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, clean, new_figure
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLUMNS = 256
 _POINTS = 300
@@ -50,7 +52,8 @@ def _log_tail(rho: np.ndarray, gamma: float) -> np.ndarray:
     return student_t.log_kernel(rho**2, gamma) * (1 if np.isinf(gamma) else 1 - 1 / gamma)
 
 
-def figure(drawn: Sequence[dict[str, Any]], gamma: float, unit: str) -> Figure:
+@own_style()
+def figure(drawn: Sequence[dict[str, Any]], gamma: float, unit: str) -> "Figure":
     """Draw `rows`; ``unit`` is that of lengths."""
     curves = {
         name: np.array([[row["x"], row["y"]] for row in drawn if row["curve"] == name]).T

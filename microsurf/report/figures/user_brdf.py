@@ -1,15 +1,18 @@
 """A user BRDF's lobes beside the theory's and the measured ones, in the plane of incidence."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ...analysis.validate import Validation
 from ...analysis.validate_user_brdf import theory_of
 from .bands import cut, half_widths
+from .style import new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Row = dict[str, Any]
 
@@ -65,14 +68,13 @@ def _rows(entry: Validation) -> Iterator[Row]:
                 }
 
 
-def figure(entry: Validation) -> Figure:
+@own_style()
+def figure(entry: Validation) -> "Figure":
     """Draw measured (points, 95 % bands), theory (lines) and user BRDF (dashes), log scale."""
     found = rows(entry)
     names = list(dict.fromkeys(row["quantity"] for row in found))
     thetas = list(dict.fromkeys(row["theta_i_deg"] for row in found))
-    drawn = Figure(
-        figsize=(max(3.4 * len(thetas), 5.0), 2.7 * len(names) + 0.6), layout="constrained"
-    )
+    drawn = new_figure(2.7 * len(names) + 0.6, max(3.4 * len(thetas), 5.0))
     panels = drawn.subplots(len(names), len(thetas), squeeze=False, sharex=True, sharey="row")
     for name, line in zip(names, panels, strict=True):
         for theta, panel in zip(thetas, line, strict=True):
@@ -90,7 +92,7 @@ def figure(entry: Validation) -> Figure:
     return drawn
 
 
-def _lobe(panel: Axes, name: str, found: list[Row]) -> None:
+def _lobe(panel: "Axes", name: str, found: list[Row]) -> None:
     colour, marker, _ = _STYLES[name]
     theta, measured, half, own, theory = (
         np.array([row[key] for row in found])

@@ -1,15 +1,15 @@
 """Measured over predicted − 1 of one scene: its interval, its margin, its verdict."""
 
 from collections.abc import Sequence
-from typing import Any
-
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from typing import TYPE_CHECKING, Any
 
 from ...analysis.comparison import Comparison
 from ...results import albedos
-from .style import BLACK, GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure
+from .style import BLACK, GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 FILLS = {"holds": "full", "departs": "none", "undecided": "left"}
 """Of the markers, by verdict."""
@@ -39,8 +39,11 @@ def rows(comparisons: Sequence[Comparison]) -> list[dict[str, Any]]:
     ]
 
 
-def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
+@own_style()
+def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a panel for each quantity, each with its own scale."""
+    from matplotlib.patches import Patch  # noqa: PLC0415 - late: only to draw
+
     names = [q for q in albedos.QUANTITIES if any(row["quantity"] == q for row in drawn)]
     made = new_figure(2.9)
     panels = made.subplots(1, max(len(names), 1), squeeze=False)[0]
@@ -73,8 +76,10 @@ def figure(drawn: Sequence[dict[str, Any]]) -> Figure:
     return made
 
 
-def verdict_handles() -> list[Line2D]:
+def verdict_handles() -> "list[Line2D]":
     """Legend of the markers' fills."""
+    from matplotlib.lines import Line2D  # noqa: PLC0415 - late: only to draw
+
     return [
         Line2D(
             [], [], color=BLACK, marker="o", linestyle="none", fillstyle=fill,  # type: ignore[arg-type]
