@@ -131,3 +131,14 @@ def test_one_file_counts_processors(path):
         assert "cpu_count" not in text
     assert "ThreadPoolExecutor()" not in text
     assert "workers=-1" not in text  # scipy counts those of the machine
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.relative_to(PACKAGE).as_posix())
+def test_only_one_function_writes_figures_and_matplotlib_is_loaded_to_draw(path):
+    """What a shell or a matplotlibrc asks for reaches no figure, and no command without one."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    asked = [n for n in ast.walk(tree) if isinstance(n, ast.Attribute) and n.attr == "savefig"]
+    assert not asked or path == PACKAGE / "report" / "figures" / "figure.py"
+    loaded = [n.module or "" for n in tree.body if isinstance(n, ast.ImportFrom)]
+    loaded += [a.name for n in tree.body if isinstance(n, ast.Import) for a in n.names]
+    assert not [name for name in loaded if name.split(".")[0] == "matplotlib"]

@@ -14,7 +14,7 @@ from ..analysis.brdf_fit.summary import figures
 from ..analysis.brdf_fit.verdict import MARGIN
 from ..files import check_writable, whole_file
 from ..report.figures import brdf_fit as drawn
-from ..report.figures.figure import DPI
+from ..report.figures.figure import write
 from ..results.measured_brdf import read_brdf, write_csv
 from ..scene.toml import to_toml
 from .output import check_ending
@@ -82,7 +82,7 @@ def _write(fit: BrdfFit, out: Path | None, figure: Path | None) -> list[str]:
         written.append(str(out))
     if figure is not None:
         with whole_file(figure) as temporary:
-            drawn.figure(fit).savefig(temporary, dpi=DPI)
+            write(drawn.figure(fit), temporary)
         written.append(str(figure))
     return written
 

@@ -8,7 +8,7 @@ from ..analysis.surface_fit.study import SurfaceStudy, as_json, study_surface
 from ..errors import InputError
 from ..files import check_writable, whole_file
 from ..report.figures import surface_fit as drawn
-from ..report.figures.figure import DPI
+from ..report.figures.figure import write
 from ..scene import BECKMANN, Roughness, Scene, Surface
 from ..scene.toml import to_toml
 from ..surface import level, read_asked
@@ -61,7 +61,7 @@ def fit_surface_command(
         files.append(str(out))
     if figure is not None:
         with whole_file(figure) as temporary:
-            drawn.figure(drawn.rows(study), study).savefig(temporary, dpi=DPI)
+            write(drawn.figure(drawn.rows(study), study), temporary)
         files.append(str(figure))
     return {**as_json(study), "files": files}
 

@@ -1,17 +1,19 @@
 """A fit of a measured BRDF: lobes measured and fitted, residuals over angle, Kd by wavelength."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ...analysis.brdf_fit.curves import Curve, curves
 from ...analysis.brdf_fit.fit import BrdfFit
 from ...analysis.brdf_fit.summary import figures
 from ...analysis.brdf_fit.verdict import from_mirror
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, WIDTH, clean, new_figure
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, WIDTH, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -47,7 +49,8 @@ def rows(fit: BrdfFit) -> list[Row]:
     return found
 
 
-def figure(fit: BrdfFit) -> Figure:
+@own_style()
+def figure(fit: BrdfFit) -> "Figure":
     """Draw lobes (points measured, lines fitted), and below residuals and Kd or n, k."""
     drawn = new_figure(5.6, WIDTH)
     grid = drawn.add_gridspec(2, 2, height_ratios=[1.25, 1])
@@ -70,7 +73,7 @@ def _title(fit: BrdfFit) -> str:
     return ", ".join(parts)
 
 
-def _lobes(axes: Axes, found: list[Curve]) -> None:
+def _lobes(axes: "Axes", found: list[Curve]) -> None:
     top = max(float(curve.measured.max()) for curve in found)
     bright = [curve.measured[curve.measured > 0].min(initial=top) for curve in found]
     floor = max(min(map(float, bright)) / 2, top * 1e-5)
@@ -108,7 +111,7 @@ def _residuals(fit: BrdfFit) -> dict[str, tuple[Array, Array]]:
     return found
 
 
-def _residual_panel(axes: Axes, fit: BrdfFit) -> None:
+def _residual_panel(axes: "Axes", fit: BrdfFit) -> None:
     for name, (at, values) in _residuals(fit).items():
         colour, line, label = _STYLES[name]
         axes.plot(at, values, color=colour, linestyle=line, marker=".", markersize=4, label=label)
@@ -119,7 +122,7 @@ def _residual_panel(axes: Axes, fit: BrdfFit) -> None:
     clean(axes)
 
 
-def _spectrum(axes: Axes, fit: BrdfFit) -> None:
+def _spectrum(axes: "Axes", fit: BrdfFit) -> None:
     values = figures(fit)
     at = np.array(fit.measured.wavelengths or range(1, 1 + len(fit.measured.channels)), float)
     for name, colour in (("kd", BLUE), ("n", BLACK), ("k", VERMILION)):

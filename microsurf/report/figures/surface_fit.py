@@ -1,11 +1,8 @@
 """Slopes of a measured surface against GGX, Beckmann and STD, and how the fit moves with scale."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from ...analysis.surface_fit.study import MODELS, SurfaceStudy
@@ -13,7 +10,11 @@ from ...physics import student_t
 from ...surface import facet_slopes
 from ...surface.heightfield import measured_facets
 from ...surface.slope_fit import rho2
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure, own_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -79,7 +80,8 @@ def _curve(name: str, x: Array, y: Array) -> list[dict[str, Any]]:
     return [{"curve": name, "x": float(a), "y": float(b)} for a, b in zip(x, y, strict=True)]
 
 
-def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> Figure:
+@own_style()
+def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> "Figure":
     """Draw `rows`: slopes on the left, γ and σ by pixel on the right."""
     made = new_figure(3.4)
     slopes, scale = made.subplots(1, 2, width_ratios=(1.25, 1))
@@ -106,7 +108,7 @@ def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> Figure:
     return made
 
 
-def _mark_step(axes: Axes, study: SurfaceStudy) -> None:
+def _mark_step(axes: "Axes", study: SurfaceStudy) -> None:
     """The slope of one step of the heights: below, slopes are the instrument's."""
     if study.height_step is not None:
         step = study.height_step / float(np.sqrt(np.prod(study.surface.pixel)))
@@ -118,7 +120,9 @@ def _points(drawn: list[dict[str, Any]], name: str) -> tuple[Array, Array]:
     return values[:, 0], values[:, 1]
 
 
-def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) -> None:
+def _draw_scales(axes: "Axes", scales: list[dict[str, Any]], study: SurfaceStudy) -> None:
+    from matplotlib.ticker import NullLocator  # noqa: PLC0415 - late: only to draw
+
     unit = study.surface.provenance.get("unit", "unit of the file")
     pixel = np.array([row["x"] for row in scales])
     right = axes.twinx()
@@ -157,8 +161,10 @@ def _draw_scales(axes: Axes, scales: list[dict[str, Any]], study: SurfaceStudy) 
     right.spines["top"].set_visible(False)
 
 
-def _few_ticks(axes: Axes) -> None:
+def _few_ticks(axes: "Axes") -> None:
     """Ticks of a logarithmic axis, few and as plain numbers."""
+    from matplotlib.ticker import NullLocator  # noqa: PLC0415 - late: only to draw
+
     low, high = axes.get_ylim()
     marks = np.array([a * 10.0**e for e in range(-9, 5) for a in (1, 2, 5)])
     inside = marks[(marks >= low) & (marks <= high)]
