@@ -7,6 +7,7 @@ from typing import Any
 import xarray as xr
 
 from .. import invariants, model
+from ..model import registry
 from ..results import albedos
 from ..scene import Scene
 from ..surface import Heightfield, StdFit, surface_statistics, surfaces_of
@@ -20,10 +21,6 @@ from .tradeoff.from_validation import frontier_of
 from .tradeoff.study import Tradeoff
 from .user_brdf import UserBrdfResult
 
-MODELS = ("smith", "vcavity")
-"""What order 1 of each scene is compared with; verdicts are about the first."""
-WALK = "smith-walk"
-"""What all orders together are compared with."""
 WALKS = 1_000_000
 """Walks for each angle: a standard error of 5e−4 of an albedo at most, below what four
 surfaces leave."""
@@ -40,9 +37,9 @@ class Validation:
     measured : xarray.Dataset
         The measurement, see `microsurf.results.datasets`.
     predicted : dict
-        Predictions by model, in the order of MODELS, and of all orders by WALK.
+        Predictions by the models that `model.registry` has compared, order 1 before all.
     comparisons : list of Comparison
-        Order 1 against the first model, the total against WALK.
+        Order 1 against the first model of order 1, the total against the first of all orders.
     invariants : list of Invariant
         What must hold whatever the surface, see `invariants.scene_invariants`.
     heightfield : Heightfield or None
@@ -139,10 +136,14 @@ def validate_scene(
         predicted[key] = model.predict(theory, key)
         seconds[key] = time.process_time() - clock
     first = next(iter(predicted.values()))
+    walked = {}
     if scene.requires.roughness and scene.requires.multiple_scattering:
-        predicted[WALK] = model.walk(
-            theory, WALK, walks=WALKS, seed=seed, workers=workers, progress=progress
-        )
+        walked = {
+            key: model.walk(theory, key, walks=WALKS, seed=seed, workers=workers, progress=progress)
+            for key in registry.compared(registry.all_orders())
+        }
+    predicted |= walked
+    all_orders = next(iter(walked.values()), None)
     terms, by_slope = [], []
     if surfaces:
         if refined:
@@ -150,7 +151,7 @@ def validate_scene(
         cases = assemble.cases_of(
             theory,
             measured,
-            (first, predicted.get(WALK)),
+            (first, all_orders),
             surfaces,
             refinement=refine(scene, measured, seed=seed, workers=workers, progress=progress)
             if refined
@@ -165,7 +166,7 @@ def validate_scene(
         made = {key: (predicted[key], spent) for key, spent in seconds.items()}
         frontier = frontier_of(theory, measured, made, seed=seed)
     roughness = theory.roughness
-    comparisons = comparison.compare(measured, first, theory, predicted.get(WALK))
+    comparisons = comparison.compare(measured, first, theory, all_orders)
     if fit is not None:
         comparisons = guarded(comparisons, fit)
     return Validation(
@@ -201,7 +202,7 @@ def _grows(scene: Scene) -> bool:
 
 
 def _models(scene: Scene) -> tuple[str, ...]:
-    return MODELS if scene.requires.roughness else ("flat",)
+    return registry.compared(registry.order_one()) if scene.requires.roughness else ("flat",)
 
 
 def as_json(entry: Validation) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from ..scene import Scene
 from . import comparison, user_brdf
 from .comparison import Comparison
 from .user_brdf import Lobe, Lobes, UserBrdfResult
-from .validate import WALK, Validation
+from .validate import Validation
 
 _STRAY = 1e-6
 """Albedo below which a part that the scene does not have is rounding."""
@@ -79,8 +79,9 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
 
 def theory_of(entry: Validation, name: str) -> xr.Dataset:
     """Prediction that a quantity of the scene is held against."""
-    first = next(iter(entry.predicted.values()))
-    return entry.predicted.get(WALK, first) if name == "total" else first
+    predicted = list(entry.predicted.values())
+    of_all_orders = (found for found in predicted if found.sizes["order"] > 1)
+    return next(of_all_orders, predicted[0]) if name == "total" else predicted[0]
 
 
 def _key(row: Comparison) -> Key:

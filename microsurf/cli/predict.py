@@ -15,11 +15,12 @@ from ..errors import InputError
 from ..files import check_readable, check_writable
 from ..results import albedos, datasets
 from ..scene import Scene
+from .models import ListsModels, ModelKey
 from .options import PATH, as_json, check_described, compose, light, material, roughness, seed
 from .output import check_ending, show, write
 
 
-@click.command("predict")
+@click.command("predict", cls=ListsModels)
 @click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
 @roughness
 @material
@@ -27,9 +28,10 @@ from .output import check_ending, show, write
 @click.option(
     "--model",
     "name",
-    type=click.Choice([*model.NAMES, *model.KINDS]),
+    type=ModelKey(),
     default="smith",
     show_default=True,
+    help="One of those below.",
 )
 @click.option(
     "--paths", type=int, help="Walks of a -walk: for each angle (default 1000000), or row (10000)."
@@ -70,7 +72,7 @@ def predict_command(
         check_ending(out, ".nc")
         check_writable(out)
     begin = time.perf_counter()
-    if name in model.KINDS:
+    if name in model.all_orders():
         predicted = model.walk(asked, name, seed=seed, progress=True)
     else:
         predicted = model.predict(asked, name)
@@ -78,7 +80,7 @@ def predict_command(
     values = {
         "model": name,
         **albedos.figures(predicted, asked.material.n, asked.material.kd),
-        "lost": albedos.losses(predicted)["lost"] if name in model.KINDS else 0.0,
+        "lost": albedos.losses(predicted)["lost"] if name in model.all_orders() else 0.0,
         "seconds": seconds,
     }
     if out is not None:

@@ -7,25 +7,33 @@ it, `presets` the models of the literature. `UserBrdf` is a user BRDF in their p
 
 from . import presets
 from .brdf import Brdf
+from .citation import Citation
 from .directions import direction
 from .random_walk.evaluate import evaluate_walk
-from .random_walk.simulate import KINDS, walk
-from .single_scattering.first_order import NAMES, evaluate, predict
+from .random_walk.simulate import walk
+from .registry import MODELS, Model, Walk, all_orders, order_one
+from .single_scattering.facets import Masking
+from .single_scattering.first_order import evaluate, predict
 from .user_brdf.brdf import UserBrdf, examine, has_values
 from .user_brdf.brdf import load as load_user_brdf
 from .user_brdf.predict import predict_user_brdf
 
 __all__ = [
-    "KINDS",
-    "NAMES",
+    "MODELS",
     "Brdf",
+    "Citation",
+    "Masking",
+    "Model",
     "UserBrdf",
+    "Walk",
+    "all_orders",
     "direction",
     "evaluate",
     "evaluate_walk",
     "examine",
     "has_values",
     "load_user_brdf",
+    "order_one",
     "predict",
     "predict_user_brdf",
     "presets",

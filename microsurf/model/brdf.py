@@ -13,11 +13,10 @@ from ..scene import Roughness, Scene
 from .directions import checked
 from .random_walk.evaluate import evaluate_walk
 from .random_walk.parameters import facet_of, law_of, stream
-from .random_walk.simulate import KINDS, MOST_EVENTS
-from .random_walk.smith_kernels import smith_walk
-from .random_walk.vcavity_kernels import vcavity_walk
+from .random_walk.simulate import MOST_EVENTS
+from .registry import MODELS, entry_of, walk_of
 from .single_scattering import importance
-from .single_scattering.first_order import NAMES, evaluate
+from .single_scattering.first_order import evaluate
 
 Array = NDArray[np.float64]
 
@@ -43,9 +42,9 @@ class Brdf:
     scene : Scene
         With one Kd; its light and surface are not used.
     model : str
-        Any of NAMES (order 1, exact up to quadrature) and KINDS (all orders, random).
+        Any of `model.registry`: of order 1, exact up to quadrature, or of all orders, random.
     walks : int
-        Walks for each pair of directions in `evaluate`, ≥ 2; of the KINDS only.
+        Walks for each pair of directions in `evaluate`, ≥ 2; of models of all orders only.
 
     Raises
     ------
@@ -59,21 +58,18 @@ class Brdf:
     walks: int = 64
 
     def __post_init__(self) -> None:
-        if self.model not in (*NAMES, *KINDS):
-            raise InputError(
-                f"model = {self.model!r}: must be one of {', '.join((*NAMES, *KINDS))}"
-            )
+        entry_of(self.model, MODELS)
         if len(self.scene.material.kd) > 1:
             raise InputError(f"material.kd = {list(self.scene.material.kd)}: must be one number")
 
     @property
     def stochastic(self) -> bool:
         """Whether `evaluate` is a random estimate, and needs a generator."""
-        return self.model in KINDS and self.scene.requires.roughness
+        return MODELS[self.model].walk is not None and self.scene.requires.roughness
 
     @property
     def _flat(self) -> bool:
-        return self.model == "flat" or not self.scene.requires.roughness
+        return MODELS[self.model].flat or not self.scene.requires.roughness
 
     @property
     def _proposed(self) -> Scene:
@@ -125,7 +121,7 @@ class Brdf:
         law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
         of_one = facet_of(scene, scene.material.kd[0])
         most = MOST_EVENTS if scene.requires.multiple_scattering else 1
-        run = smith_walk if self.model == "smith-walk" else vcavity_walk
+        run = walk_of(self.model).simulate
         state = stream(rng)
         flat_i = np.ascontiguousarray(i.reshape(-1, 3))
         exits, events = np.zeros(flat_i.shape), np.zeros((len(flat_i), 2), np.int64)

@@ -1,24 +1,16 @@
 """Citations collected from what a report used, and from nothing else."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from ..analysis.validate import Validation
+from ..model import MODELS, Citation
 from ..physics import metals
 from ..scene import Material
-from .references import BY_KEY, REFERENCES, Citation
+from .references import BY_KEY, REFERENCES
 
 ALWAYS = ("microsurf", "harris2020", "virtanen2020", "hoyer2017", "hunter2007")
 """What every report uses, whatever its scenes."""
 TRACED = ("wald2014", "lam2015")
-OF_MODELS = {
-    "smith": ("smith1967", "heitz2014"),
-    "smith-separable": ("smith1967", "heitz2014"),
-    "smith-walk": ("smith1967", "heitz2014", "heitz2016", "lam2015"),
-    "vcavity": ("torrance1967",),
-    "vcavity-walk": ("torrance1967", "lam2015"),
-    "approximate": ("meneveaux2018",),
-    "flat": (),
-}
 SPREAD = ("tukey1951", "williams1962", "satterthwaite1946")
 """Rays and surfaces told apart; there must be several surfaces."""
 
@@ -33,7 +25,7 @@ def of_scene(entry: Validation) -> set[str]:
     """Keys of what the measurement, the models and the statistics of one scene rest on."""
     needs = entry.scene.requires
     material = entry.scene.material
-    used = {key for model in entry.predicted for key in OF_MODELS.get(model, ())}
+    used = {work if isinstance(work, str) else work.key for work in _of_models(entry)}
     used |= _of_material(material)
     if needs.roughness:
         used |= {*TRACED, *_of_slopes(entry)}
@@ -44,6 +36,13 @@ def of_scene(entry: Validation) -> set[str]:
     if entry.measured.sizes["realisation"] > 1:
         used |= set(SPREAD)
     return used
+
+
+def _of_models(entry: Validation) -> Iterator[str | Citation]:
+    """What the models of a scene rest on; a user's own BRDF has no entry."""
+    for key in entry.predicted:
+        if key in MODELS:
+            yield from MODELS[key].citations
 
 
 def _of_slopes(entry: Validation) -> set[str]:
@@ -79,7 +78,9 @@ def _of_material(material: Material) -> set[str]:
 
 
 def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Citation]:
-    """References of a report, in the order of `references`; ``cited`` by its other sections.
+    """References of a report; ``cited`` by its other sections.
+
+    In the order of `references`, then works that only a model's entry has.
 
     Raises
     ------
@@ -88,12 +89,15 @@ def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Ci
 
     """
     used = {*ALWAYS, *cited}
+    own: dict[str, Citation] = {}
     for entry in entries:
         used |= of_scene(entry)
-    unknown = used - BY_KEY.keys()
+        own |= {work.key: work for work in _of_models(entry) if isinstance(work, Citation)}
+    unknown = used - BY_KEY.keys() - own.keys()
     if unknown:
         raise ValueError(f"not in the list of references: {sorted(unknown)}")
-    return [reference for reference in REFERENCES if reference.key in used]
+    listed = [reference for reference in REFERENCES if reference.key in used]
+    return listed + [work for key, work in own.items() if key not in BY_KEY]
 
 
 def bibtex(references: Iterable[Citation]) -> str:

@@ -18,7 +18,7 @@ from scipy.io import netcdf_file
 
 from microsurf.cli import entry
 from microsurf.invariants import Invariant
-from microsurf.model import KINDS, NAMES
+from microsurf.model import MODELS, all_orders
 from microsurf.results import datasets
 from microsurf.scene import STRUCTURES
 from microsurf.surface import ENDINGS, read_surface
@@ -215,7 +215,7 @@ def test_options_override_the_scene(run):
     assert rough != anisotropic
 
 
-@pytest.mark.parametrize("name", [*NAMES, *KINDS])
+@pytest.mark.parametrize("name", MODELS)
 def test_directions_come_back_as_rows(run, name):
     rows = [(30, 0, 10, 180), (30, 0, 10, 90), (75.5, -20, 0, 0)]
     text = "theta_i,phi_i,theta_o,phi_o\n" + "\n".join(",".join(map(str, r)) for r in rows)
@@ -712,7 +712,7 @@ def test_interrupted_is_130_with_one_line_and_no_half_file(run, tmp_path):
 
 def test_conductors_from_the_command_line(run):
     rough = ("--gamma", "2", "--sigma", "0.3", "--theta", "60", "--n", "0.43", "--k", "2.455")
-    for name in (*NAMES, *KINDS):
+    for name in MODELS:
         ran = run("predict", *rough, "--model", name, "--json", "--paths", "20000")
         assert ran.code == 0, ran.err
         found = json.loads(ran.out)
@@ -745,7 +745,7 @@ def test_closed_stderr_is_no_error():
     assert "albedo" in json.loads(ran.stdout)
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", all_orders())
 def test_walks_answer_with_all_orders_and_an_error(run, name):
     roughness = ("--gamma", "2", "--sigma", "0.5", "--theta", "60")
     ran = run("predict", *roughness, "--model", name, "--paths", "20000", "--json")

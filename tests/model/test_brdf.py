@@ -7,7 +7,7 @@ from scipy import stats
 
 from microsurf import model
 from microsurf.errors import InputError
-from microsurf.model import KINDS, NAMES, Brdf
+from microsurf.model import MODELS, Brdf, all_orders, order_one
 from microsurf.model.single_scattering import importance
 from microsurf.physics import facet
 from microsurf.results import albedos, datasets, detector
@@ -128,7 +128,7 @@ def albedo(brdf, theta, phi=0.0, seed=9):
     """What the model itself says of the albedo, and its standard error."""
     asked = Scene(material=brdf.scene.material, roughness=brdf.scene.roughness,
                   light=Light((theta,), (phi,)), effects=brdf.scene.effects)  # fmt: skip
-    if brdf.model in KINDS:
+    if brdf.model in all_orders():
         found = model.walk(asked, brdf.model, walks=400_000, seed=seed)
     else:
         found = model.predict(asked, brdf.model)
@@ -146,7 +146,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", [*NAMES, *KINDS])
+@pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("case", CASES)
 def test_weights_add_up_to_the_albedo(case, name, judge):
     """And not to one 30 % higher; at a lower level than others, for there are 30 of them."""
@@ -162,7 +162,7 @@ def test_weights_add_up_to_the_albedo(case, name, judge):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", all_orders())
 @pytest.mark.parametrize("roughness", [(1.6, (1.0,)), (2.0, (0.5, 0.05)), (1e4, (0.3,))])
 def test_a_walks_weights_are_unbiased(name, roughness, judge):
     """Lobe by lobe: weights by sector and ring of the exit against `walk` with its bins."""
@@ -227,7 +227,7 @@ def test_both_ways_of_sampling_a_walk_join_without_bias(judge):
 
 def test_evaluate_is_that_of_the_models(judge):
     i, o, rng = direction(60, 0), direction(30, 170), np.random.default_rng(judge.seed(0))
-    for name in NAMES:
+    for name in order_one():
         assert Brdf(scene(), name).evaluate(i, o) == model.evaluate(scene(), i, o, name)
     mean, error = model.evaluate_walk(scene(), i, o, "smith-walk", 20_000, rng)
     specular, body = Brdf(scene(), "smith-walk", 20_000).evaluate(i, o, rng)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from microsurf.model import MODELS
 from microsurf.physics import metals
 from microsurf.report import citations
 from microsurf.report.references import BY_KEY, REFERENCES
@@ -110,7 +111,7 @@ def test_further_sections_cite_too_and_only_what_is_known():
 def test_every_reference_can_be_cited_once():
     assert len(BY_KEY) == len(REFERENCES)
     reachable = {*citations.ALWAYS, *citations.TRACED, *citations.SPREAD}
-    reachable |= {key for found in citations.OF_MODELS.values() for key in found}
+    reachable |= {key for entry in MODELS.values() for key in entry.citations}
     reachable |= {"johnson1972", "rakic1995", "white1982", "iso25178"}
     for path in built_in_scenes():
         reachable |= keys(read(path))

@@ -7,8 +7,10 @@ import pytest
 from matplotlib.text import Text
 
 from microsurf.analysis import validate
+from microsurf.model import MODELS, all_orders, order_one
 from microsurf.report.figures import albedo_by_order, lobes, overview, surface, verdicts
-from microsurf.report.figures.style import MODEL_STYLE, QUANTITY_STYLE, WIDTH
+from microsurf.report.figures.style import QUANTITY_STYLE, WIDTH, source_style
+from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Scene, Surface
 
 SCENE = Scene(
@@ -111,12 +113,11 @@ def test_axes_have_names(drawn, kind):
 def test_curves_differ_without_colour():
     markers = [marker for _, marker, _ in QUANTITY_STYLE.values()]
     assert len(set(markers)) == len(markers)
-    for kind in (
-        (k for k in MODEL_STYLE if "walk" not in k and k != "flat"),
-        ("smith-walk", "vcavity-walk"),
-    ):
-        lines = [MODEL_STYLE[key][0] for key in kind]
+    for keys in ([k for k in order_one() if k != "flat"], all_orders()):
+        lines = [source_style(key).line for key in keys]
         assert len(set(lines)) == len(lines)
+    drawn_together = [source_style(key).marker for key in (*MODELS, "measured", "surface")]
+    assert len(set(drawn_together)) == len(drawn_together)
 
 
 def test_bands_are_those_of_the_surfaces(entry):
@@ -125,7 +126,7 @@ def test_bands_are_those_of_the_surfaces(entry):
         r for r in albedo_by_order.rows(entry.measured, {}, entry.scene, 0.8)
         if r["order"] == 1 and r["theta_i_deg"] == 30
     )  # fmt: skip
-    flux = validate.summary.by_order(entry.measured, 1.5, 0.8).sum("kind")
+    flux = albedos.by_order(entry.measured, 1.5, 0.8).sum("kind")
     one, two = flux.sel(order=1).isel(theta_i=1, phi_i=0).values
     assert row["albedo"] == pytest.approx((one + two) / 2, rel=1e-14)
     assert row["high"] - row["albedo"] == pytest.approx(12.7062 * abs(one - two) / 2, rel=1e-5)

@@ -139,7 +139,7 @@ def measure() -> list[dict[str, object]]:
         name = f"traced, {cells}², γ = {gamma:g}, σ = {sigma:g}"
         rows += compare(name, traced(gamma, sigma, cells), scene)
     scene = Scene(roughness=Roughness(2.0, (0.5,)), light=Light((THETA,)))
-    for kind in model.KINDS:
+    for kind in model.all_orders():
         rows += compare(kind, walked(kind), scene)
     rows += compare("smith, order 1", predicted, scene)
     rows += _isotropy(scene)

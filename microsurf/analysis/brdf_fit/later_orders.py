@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.random_walk.common import EVENTS, by_body
+from ...model.single_scattering.body_closed_form import APPROXIMATE
 from ...model.single_scattering.brdf import body
-from ...model.single_scattering.facets import Facets
+from ...model.single_scattering.facets import SMITH, Facets
 from ...physics import fresnel
 from ...scene import BECKMANN, Material, Roughness, Scene
 from . import materials
@@ -47,8 +48,8 @@ def correction(question: Question, solution: Solution, walks: int, seed: int) ->
     if question.material.body is None:
         return np.stack([walked(Material(n, (), k))[:, 0] for n, k in solution.channel], axis=1)
     n, weights = layout.values(vector)["n"], solution.channel
-    facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, "smith")
-    closed = replace(facets, masking="approximate")
+    facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, SMITH)
+    closed = replace(facets, masking=APPROXIMATE)
     exact = body(facets, seen.i, seen.o) - body(closed, seen.i, seen.o)
     powers = weights ** np.arange(EVENTS + 1)[:, None]
     return np.asarray(exact[:, None] * weights + walked(Material(n, (1.0,))) @ powers)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.single_scattering.body_closed_form import APPROXIMATE
 from ...model.single_scattering.brdf import body, white_mirror
 from ...model.single_scattering.facets import Facets
 from ...physics import fresnel
@@ -74,7 +75,7 @@ def lobes(problem: Problem, material: Material, layout: Layout, vector: Array) -
     """Order 1 of a material at a vector of parameters."""
     shape, of = layout.shape(vector), layout.values(vector)
     n = of.get("n", 1.5) if "k" not in of else 1.5
-    facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, "approximate")
+    facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, APPROXIMATE)
     seen = turned(problem, shape)
     i, o = seen.i[:, None], seen.o[:, None] if seen.cone is None else seen.cone
     up = o[..., 2] > 0

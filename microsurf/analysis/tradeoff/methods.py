@@ -52,7 +52,7 @@ class Method:
     """A way of getting a reflectance, the mean of ``averaged`` draws; ``draws`` are made.
 
     tier : 0 takes about 0.1 s an angle or less, 1 seconds, 2 makes surfaces.
-    model : one of model.NAMES or KINDS, then with ``walks``; or "surface".
+    model : one of `model.registry`, of all orders with ``walks``; or "surface".
     """
 
     name: str
@@ -85,13 +85,14 @@ def methods_of(scene: Scene, effort: TradeoffEffort) -> list[Method]:
     """All rungs of a scene, about from cheap to dear; one of a flat scene, which all agree on."""
     if not scene.requires.roughness:
         return [Method("flat", 0, "flat")]
-    found = [Method(name, 0, name) for name in ("flat", "approximate")]
+    single = [model.MODELS[key] for key in model.order_one()]
+    found = [Method(entry.key, 0, entry.key) for entry in single if not entry.quadrature]
     found += [
         Method(_walk_name(kind, walks), int(walks > _MOST_WALKS), kind, walks, draws=draws)
         for walks, draws in effort.walks
-        for kind in model.KINDS
+        for kind in model.all_orders()
     ]
-    found += [Method(name, 1, name) for name in model.NAMES if name not in ("flat", "approximate")]
+    found += [Method(entry.key, 1, entry.key) for entry in single if entry.quadrature]
     for factor, paths, draws in effort.meshes:
         mesh = mesh_of(scene, factor)
         found += [

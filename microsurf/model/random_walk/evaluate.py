@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...scene import Scene
 from ..directions import checked
+from ..registry import walk_of
 from .parameters import facet_of, law_of, stream
-from .simulate import KINDS, MOST_EVENTS, PIECE
-from .smith_kernels import smith_next_event
-from .vcavity_kernels import groove_next_event, mirrors
+from .simulate import MOST_EVENTS, PIECE
 
 Array = NDArray[np.float64]
 
@@ -49,7 +48,7 @@ def evaluate_walk(
     i, o : array, shape (..., 3)
         Unit directions towards the light and the detector; 0 below the horizon.
     kind : str
-        One of KINDS.
+        A model of all orders, see `model.registry`.
     walks : int
         Walks for each pair, ≥ 2.
     rng : numpy.random.Generator
@@ -64,8 +63,7 @@ def evaluate_walk(
 
     """
     kd, rough = scene.material.kd, scene.roughness
-    if kind not in KINDS:
-        raise InputError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}")
+    model = walk_of(kind)
     if len(kd) > 1:
         raise InputError(f"material.kd = {list(kd)}: must be one number to evaluate directions")
     if not scene.requires.roughness:
@@ -78,26 +76,25 @@ def evaluate_walk(
     if not scene.requires.multiple_scattering:
         orders = orders[0], min(orders[1], 1)
     law, facet = law_of(rough.gamma, rough.sigma_x, rough.sigma_y), facet_of(scene, kd[0])
-    run = smith_next_event if kind == "smith-walk" else groove_next_event
     state = stream(rng)
     mean, error = np.zeros((2, len(i), 3))
     up = np.flatnonzero((i[:, 2] > 0) & (o[:, 2] > 0))
-    walked = kind == "smith-walk" or scene.requires.substrate
+    walked = model.mirrors is None or scene.requires.substrate
     for start in range(0, len(up) if walked else 0, max(1, PIECE // walks)):
         pairs = up[start : start + max(1, PIECE // walks)]
         moments = np.zeros((2, len(pairs), 3))
         for done in range(0, walks, PIECE):
             values = np.zeros((min(PIECE, walks - done) * len(pairs), 3))
-            run(values, *orders, i[pairs], o[pairs], law, facet, state)
+            model.next_event(values, *orders, i[pairs], o[pairs], law, facet, state)
             values[:, 2] = values[:, 0] + values[:, 1]
             of_pair = values.reshape(-1, len(pairs), 3)
             moments += of_pair.sum(axis=0), (of_pair**2).sum(axis=0)
         first, second = moments / walks
         mean[pairs] = first
         error[pairs] = np.sqrt(np.maximum(second - first**2, 0) / (walks - 1))
-    if kind == "vcavity-walk" and scene.requires.interface:
+    if model.mirrors is not None and scene.requires.interface:
         value, spread = np.zeros((2, len(up)))
-        mirrors(value, spread, _DRAWS, *orders, i[up], o[up], law, facet, state)
+        model.mirrors(value, spread, _DRAWS, *orders, i[up], o[up], law, facet, state)
         mean[up] += value[:, None] * [1, 0, 1]
         error[up, 0] = spread
         error[up, 2] = np.hypot(error[up, 2], spread)

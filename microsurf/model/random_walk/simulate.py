@@ -1,7 +1,7 @@
 """Multiple scattering by random walks: `walk`.
 
-smith-walk: among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016).
-vcavity-walk: between both facets of a groove. Neither has a cap on its events.
+Among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016) or between both
+facets of a V-cavity, see `model.registry`. No walk has a cap on its events.
 """
 
 import time
@@ -19,15 +19,13 @@ from ...results import detector
 from ...scene import Scene
 from ..directions import direction
 from ..prediction import Attributes, prediction
+from ..registry import walk_of
 from ..single_scattering import flat
 from .parameters import Facet, facet_of, law_of, stream
-from .smith_kernels import smith_walk
 from .tally import CAUSES, Tally, tally
-from .vcavity_kernels import vcavity_walk
 
 Array = NDArray[np.float64]
 
-KINDS = ("smith-walk", "vcavity-walk")
 PIECE = 262_144
 """Walks of one piece of work; each is seeded by its place and adds up with the others."""
 MOST_EVENTS = 10**9
@@ -50,7 +48,7 @@ def walk(
     scene : Scene
         What to predict; its surface is not used.
     kind : str
-        One of KINDS.
+        A model of all orders, see `model.registry`.
     walks : int, optional
         Paths for each angle; by default ``scene.accuracy.paths``.
     seed : int
@@ -75,8 +73,7 @@ def walk(
         If the kind is unknown or ``walks`` is not positive.
 
     """
-    if kind not in KINDS:
-        raise InputError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}")
+    run = walk_of(kind).simulate
     walks = scene.accuracy.paths if walks is None else walks
     if walks < 1:
         raise InputError(f"walks = {walks}: must be 1 or more")
@@ -91,8 +88,6 @@ def walk(
     count = -(-walks // PIECE)
     sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
     most = MOST_EVENTS if scene.requires.multiple_scattering else 1
-
-    run = smith_walk if kind == "smith-walk" else vcavity_walk
 
     def piece(a: int, k: int) -> Tally:
         sequence = np.random.SeedSequence(seed, spawn_key=(2, a, k))

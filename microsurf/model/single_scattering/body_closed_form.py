@@ -32,16 +32,14 @@ V-cavities; this one is for STD of any γ > 3/2 and Smith's G2.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtr
 
 from ...physics import fresnel, smith, student_t
-
-if TYPE_CHECKING:
-    from .facets import Facets
+from .facets import Facets, Masking
 
 Array = NDArray[np.float64]
 
@@ -239,3 +237,7 @@ def body(facets: Facets, i: Array, o: Array, spread: Spread = SPREAD) -> Array:
     cosines = np.stack([_cosine(*w, rho) for w in zip(z, means, strict=True)])
     passed = _passed(facets.n, cosines, z * np.stack([a, b]), rho, spread)
     return np.asarray(value * passed / fresnel.external_diffuse_transmittance(facets.n))
+
+
+APPROXIMATE = Masking(smith.g2_height_correlated, body)
+"""Smith's height-correlated G2 with this body term."""

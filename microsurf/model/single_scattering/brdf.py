@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics import fresnel, student_t, vcavity
-from . import body_closed_form
 from .body_quadrature import body_integral
 from .facets import Facets
 
@@ -25,7 +24,7 @@ def white_mirror(facets: Facets, i: Array, o: Array) -> Array:
     """f_s with F = 1, D(h) G/(4 i_z o_z) in sr⁻¹, for unit directions of shape (..., 3), z > 0."""
     h = i + o
     h = h / np.linalg.norm(h, axis=-1, keepdims=True)
-    masking = vcavity.g2(i, o, h) if facets.masking == "vcavity" else facets.smith(i, o)
+    masking = vcavity.g2(i, o, h) if facets.masking.vcavity else facets.g2(i, o)
     return np.asarray(
         student_t.distribution(h, *facets.std) * masking / (4 * i[..., 2] * o[..., 2])
     )
@@ -39,10 +38,10 @@ def specular(facets: Facets, i: Array, o: Array) -> Array:
 
 def body(facets: Facets, i: Array, o: Array, refinement: float = 1.0) -> Array:
     """f_b in sr⁻¹ at unit body weight, for unit directions of shape (pairs, 3) with z > 0."""
-    if facets.masking == "approximate":
-        return body_closed_form.body(facets, i, o)
+    if facets.masking.body is not None:
+        return facets.masking.body(facets, i, o)
     integral = body_integral(
-        i, o, *facets.std, facets.n, vcavity=facets.masking == "vcavity", refinement=refinement
+        i, o, *facets.std, facets.n, vcavity=facets.masking.vcavity, refinement=refinement
     )
     escape = np.pi * fresnel.external_diffuse_transmittance(facets.n)
-    return np.asarray(integral * facets.smith(i, o) / (escape * i[:, 2] * o[:, 2]))
+    return np.asarray(integral * facets.g2(i, o) / (escape * i[:, 2] * o[:, 2]))

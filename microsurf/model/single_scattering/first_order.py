@@ -15,17 +15,13 @@ from ...results import detector
 from ...scene import Scene
 from ..directions import checked
 from ..prediction import Attributes, prediction
+from ..registry import entry_of, order_one
 from . import brdf, flat
 from .body_bins import body_bins
-from .facets import FITTED, MASKINGS, Facets
+from .facets import Facets
 from .specular_bins import specular_bins
 
 Array = NDArray[np.float64]
-
-NAMES = ("flat", *MASKINGS, *FITTED)
-"""flat: roughness left out; approximate: smith with a closed form of its body term; smith:
-height-correlated G2; smith-separable; vcavity; smith-fit and smith-separable-fit: the same as
-those without, but Λ by the published fit, for comparison only."""
 
 
 def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
@@ -96,7 +92,7 @@ def evaluate(
     i, o : array, shape (..., 3)
         Unit directions towards the light and the detector; 0 below the horizon.
     model : str
-        One of NAMES.
+        One of order 1, see `model.registry`.
 
     Raises
     ------
@@ -128,13 +124,12 @@ def evaluate(
 
 def _facets(scene: Scene, model: str) -> Facets | None:
     """The rough interface of a model; None if it is flat."""
-    if model not in NAMES:
-        raise InputError(f"model = {model!r}: must be one of {', '.join(NAMES)}")
+    masking = entry_of(model, order_one()).masking
     rough = scene.roughness
-    if model == "flat" or rough.sigma_x == 0:
+    if masking is None or rough.sigma_x == 0:
         return None
     n, k = scene.material.n, scene.material.k
-    return Facets(n, rough.gamma, rough.sigma_x, rough.sigma_y, model, k)
+    return Facets(n, rough.gamma, rough.sigma_x, rough.sigma_y, masking, k)
 
 
 def _bins(

@@ -169,7 +169,7 @@ def _product_rule(
     half = (cells.theta_end - cells.theta)[:, None] / 2
     theta = cells.theta[:, None] + half * (1 + x)
     start, end = (np.broadcast_to(d[:, None], theta.shape) for d in (cells.delta, cells.delta_end))
-    if facets.masking == "vcavity":
+    if facets.masking.vcavity:
         kink = np.clip(np.copysign(_kink(theta_i, theta), start + end), start, end)
         ends = np.stack([start, kink, end], axis=-1)
     else:

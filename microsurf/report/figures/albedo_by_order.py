@@ -10,18 +10,10 @@ from scipy import stats
 from ...results import albedos, detector
 from ...scene import Scene
 from .lobes import MEASURED
-from .style import BLACK, BLUE, ORANGE, SMALL, VERMILION, clean, model_style, new_figure, own_style
+from .style import SMALL, clean, new_figure, own_style, source_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-_STYLES = {
-    MEASURED: (BLACK, "o", "measured"),
-    "smith": (BLUE, "s", "Smith, order 1"),
-    "vcavity": (ORANGE, "^", "V-cavity, order 1"),
-    "flat": (BLUE, "s", "flat IL"),
-    "smith-walk": (VERMILION, "D", "Smith walk"),
-}
 
 
 def rows(
@@ -68,9 +60,9 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
         mine = [row for row in drawn if row["order"] == order]
         for source in dict.fromkeys(row["source"] for row in mine):
             curve = [row for row in mine if row["source"] == source]
-            colour, marker, label = _STYLES.get(source, (VERMILION, "D", model_style(source)[1]))
+            of = source_style(source)
             theta, value = (np.array([r[k] for r in curve]) for k in ("theta_i_deg", "albedo"))
-            style: dict[str, Any] = {"color": colour, "marker": marker, "linewidth": 0.9}
+            style: dict[str, Any] = {"color": of.colour, "marker": of.marker, "linewidth": 0.9}
             if source == MEASURED:
                 ends = [[abs(r.get(k, r["albedo"]) - r["albedo"]) for r in curve]
                         for k in ("low", "high")]  # fmt: skip
@@ -79,7 +71,7 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
             else:
                 (handle,) = panel.plot(theta, value, markersize=6, fillstyle="none",
                                        linestyle="--", **style)  # fmt: skip
-            handles[label] = handle
+            handles[of.name] = handle
         top = max(row.get("high", row["albedo"]) for row in mine)
         panel.set(ylim=(0, 1.12 * top), xlabel=r"$\theta_i$ (°)", xlim=(-4, 90))
         panel.set_xticks([0, 30, 60, 90])

@@ -12,7 +12,7 @@ from ...results import detector
 from ...scene import Scene
 from ...scene.toml import from_toml
 from .bands import cut, half_widths
-from .style import GREY, QUANTITY_STYLE, SMALL, clean, model_style, new_figure, own_style
+from .style import GREY, QUANTITY_STYLE, SMALL, clean, new_figure, own_style, source_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -154,11 +154,11 @@ def _draw(panel: "Axes", source: str, name: str, curve: list[dict[str, Any]]) ->
             label=f"measured, {what}",
         )  # fmt: skip
         return
-    style, model = model_style(source)
+    style = source_style(source)
     lone = np.count_nonzero(value) <= _LONE
     panel.plot(
-        theta, shown, color=colour, linestyle=style, linewidth=1.1, marker="_" if lone else None,
-        markersize=12, label=f"{model}, {what}",
+        theta, shown, color=colour, linestyle=style.line, linewidth=1.1,
+        marker="_" if lone else None, markersize=12, label=f"{style.label}, {what}",
     )  # fmt: skip
 
 

@@ -7,25 +7,12 @@ import numpy as np
 
 from ...analysis.tradeoff import pareto
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES, Tradeoff
-from .style import BLACK, BLUE, GREY, ORANGE, VERMILION, new_figure, own_style
+from .style import GREY, new_figure, own_style, source_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-GREEN, PURPLE = "#009E73", "#CC79A7"
-STYLE = {
-    "flat": (GREY, "v", "flat"),
-    "approximate": (ORANGE, "^", "closed approximation"),
-    "smith": (BLUE, "o", "Smith, one order"),
-    "smith-separable": (BLUE, "s", "Smith, separable"),
-    "smith-fit": (BLUE, "P", "Smith, published fit of Λ"),
-    "smith-separable-fit": (BLUE, "X", "Smith, separable, fit of Λ"),
-    "vcavity": (PURPLE, "D", "V-cavity, one order"),
-    "smith-walk": (VERMILION, "<", "Smith walk, all orders"),
-    "vcavity-walk": (PURPLE, ">", "V-cavity walk, all orders"),
-    "surface": (BLACK, "*", "explicit surfaces"),
-}
 LEAST, MOST = 1e-4, 2.0
 """Errors are drawn within these: a flat mirror's peak is off by hundreds of times."""
 
@@ -116,7 +103,7 @@ def legend(drawn: "Figure", columns: int = 3, title: str = _HOW) -> None:
 def draw_methods(panel: "Axes", table: Sequence[Mapping[str, Any]]) -> None:
     """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
     for row in table:
-        colour, marker, label = STYLE[row["model"]]
+        style = source_style(row["model"])
         known = row["error"] >= LEAST
         value = 100 * _drawn(row["error"] if known else row["error_high"])
         x = row["seconds"]
@@ -128,9 +115,9 @@ def draw_methods(panel: "Axes", table: Sequence[Mapping[str, Any]]) -> None:
         else:  # not told from 0: an arrow from what it stays below
             bars, limit = [[value / 2], [0.0]], True
         panel.errorbar(
-            x, value, bars, ends, uplims=[limit], color=colour, marker=marker, capsize=2,
-            markersize=8 if marker == "*" else 5.5, linestyle="none", linewidth=0.8,
-            markerfacecolor="white" if behind else colour, label=label,
+            x, value, bars, ends, uplims=[limit], color=style.colour, marker=style.marker,
+            capsize=2, markersize=8 if style.marker == "*" else 5.5, linestyle="none",
+            linewidth=0.8, markerfacecolor="white" if behind else style.colour, label=style.name,
         )  # fmt: skip
     ahead = sorted(
         (row["seconds"], row["error"] if row["error"] >= LEAST else row["error_high"])

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES
-from .pareto import LEAST, MOST, STYLE, draw_methods, legend
-from .style import SMALL, new_figure, own_style
+from .pareto import LEAST, MOST, draw_methods, legend
+from .style import SMALL, new_figure, own_style, source_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,15 +80,16 @@ def over_all(rows: Rows) -> "Figure":
         for row in rows:
             if row["quantity"] != quantity:
                 continue
-            colour, marker, label = STYLE[row["model"]]
+            style = source_style(row["model"])
             values = 100 * np.clip([row[k] for k in ("error_low", "error", "error_high")],
                                    LEAST, MOST)  # fmt: skip
             x = row["cost"]
             panel.errorbar(
                 x, values[1], np.abs(np.diff(values))[:, None],
                 [[x - row["cost_low"]], [row["cost_high"] - x]],
-                color=colour, marker=marker, markersize=8 if marker == "*" else 5,
-                linestyle="none", linewidth=0.7, label=label,
+                color=style.colour, marker=style.marker,
+                markersize=8 if style.marker == "*" else 5,
+                linestyle="none", linewidth=0.7, label=style.name,
             )  # fmt: skip
         panel.set(xscale="log", yscale="log")
         panel.set_title(QUANTITIES[quantity].removesuffix(", relative"), fontsize=9)

@@ -6,16 +6,23 @@ imported where something is drawn: what draws nothing starts faster, and runs wi
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...model import MODELS
+from ...model.registry import Line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Okabe and Ito's palette: told apart by the colour-blind; markers and lines say it again.
-BLACK, ORANGE, BLUE, VERMILION, GREY = (
-    "#000000", "#E69F00", "#0072B2", "#D55E00", "#888888",
+BLACK, ORANGE, BLUE, VERMILION, GREEN, PURPLE, GREY = (
+    "#000000", "#E69F00", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#888888",
 )  # fmt: skip
+PALETTE = {
+    "black": BLACK, "orange": ORANGE, "blue": BLUE, "vermilion": VERMILION, "green": GREEN,
+    "purple": PURPLE, "grey": GREY,
+}  # fmt: skip
 MARGIN = "#cfe8dc"
 """Behind what counts as holding."""
 WIDTH = 7.1
@@ -28,24 +35,39 @@ QUANTITY_STYLE = {
     "body": (BLUE, "o", "order-1 body"),
     "total": (BLACK, "D", "total"),
 }
-MODEL_STYLE = {
-    "flat": ("-", "flat IL"),
-    "approximate": ("-.", "closed approximation"),
-    "smith": ("-", "Smith"),
-    "smith-separable": ("--", "Smith, separable"),
-    "vcavity": (":", "V-cavity"),
-    "smith-walk": ("-", "Smith walk"),
-    "vcavity-walk": ("--", "V-cavity walk"),
+
+
+class SourceStyle(NamedTuple):
+    """How a model's curve or symbol is drawn; ``label`` without the orders it is of."""
+
+    colour: str
+    marker: str
+    line: Line
+    label: str
+    orders: str = ""
+
+    @property
+    def name(self) -> str:
+        """Label with the orders."""
+        return {"1": f"{self.label}, order 1", "all": f"{self.label}, all orders"}.get(
+            self.orders, self.label
+        )
+
+
+_OTHERS = {
+    "measured": SourceStyle(BLACK, "o", "-", "measured"),
+    "surface": SourceStyle(BLACK, "*", "-", "explicit surfaces"),
 }
 
 
-OWN_MODEL = "-."
-"""Line of a model that is none of ours."""
-
-
-def model_style(key: str) -> tuple[str, str]:
-    """Line and name of a model."""
-    return MODEL_STYLE.get(key, (OWN_MODEL, key))
+def source_style(key: str) -> SourceStyle:
+    """Style of a model, see `model.registry`; of what is measured; of a user's BRDF."""
+    if key in MODELS:
+        of = MODELS[key]
+        return SourceStyle(
+            PALETTE.get(of.colour, of.colour), of.marker, of.line, of.label, of.orders
+        )
+    return _OTHERS.get(key, SourceStyle(VERMILION, "D", "-.", key))
 
 
 @contextmanager

@@ -9,10 +9,11 @@ from scipy import stats
 from microsurf import model
 from microsurf.errors import InputError
 from microsurf.invariants.walk_furnace import furnace
+from microsurf.model import all_orders
 from microsurf.model.random_walk import facet_kernels, smith_kernels
 from microsurf.model.random_walk.evaluate import evaluate_walk
 from microsurf.model.random_walk.parameters import facet_of, law_of, stream
-from microsurf.model.random_walk.simulate import KINDS, MOST_EVENTS, walk
+from microsurf.model.random_walk.simulate import MOST_EVENTS, walk
 from microsurf.physics import facet, fresnel
 from microsurf.physics import visible_normals as visible
 from microsurf.results import albedos, datasets, detector
@@ -140,7 +141,7 @@ def test_order_one_is_the_closed_form(kind, roughness, material, judge):
     judge.keeps(order_one(kind, 300_000, roughness, material, judge.seed(0), theta=(65.0,)))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_order_one_of_gold_is_the_closed_form(kind, judge):
     walked = walk(GOLD, kind, walks=300_000, seed=judge.seed(0))
     predicted = model.predict(GOLD, CLOSED[kind])
@@ -152,7 +153,7 @@ def test_order_one_of_gold_is_the_closed_form(kind, judge):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 @pytest.mark.parametrize("roughness", [ISOTROPIC, ANISOTROPIC, (1.6, (0.5,)), (1e6, (0.3,))])
 @pytest.mark.parametrize("material", MATERIALS)
 def test_order_one_is_the_closed_form_at_ten_million_walks(kind, roughness, material, judge):
@@ -168,7 +169,7 @@ def test_the_two_models_are_told_apart(judge):
     judge.tells(albedos.quantity(walked, "specular", 1.5, 0.0), other, error)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_lobes_of_order_one_fall_into_the_bins_of_the_model(kind, judge):
     asked = scene(ANISOTROPIC if kind == "smith-walk" else ISOTROPIC, 2.0, 0.0, (50.0,), (35.0,))
     count = 400_000
@@ -289,7 +290,7 @@ def test_a_capped_walk_or_a_wrong_law_fails_the_white_furnace():
     assert values.mean() - 1 > 10 * values.std() / np.sqrt(len(values))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 @pytest.mark.parametrize("n", [1.0, 1.5])
 def test_nothing_is_lost_at_unit_substrate(kind, n):
     walked = walk(scene((1.6, (1.0, 0.2)), n, 1.0), kind, walks=20_000)
@@ -299,7 +300,7 @@ def test_nothing_is_lost_at_unit_substrate(kind, n):
     assert (albedos.lost_paths(walked) == 0).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_every_walk_is_accounted_for(kind):
     for n, kd in MATERIALS.values():
         walked = walk(scene((1.6, (1.0,)), n, kd), kind, walks=20_001)
@@ -331,7 +332,7 @@ def test_corner_of_heavy_tails_and_steep_slopes():
 # What runs
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_same_bits_whatever_the_number_of_threads(kind, monkeypatch):
     monkeypatch.setattr(import_module("microsurf.model.random_walk.simulate"), "PIECE", 3000)
     asked = scene(theta=(30.0,), phi=(0.0, 70.0))
@@ -341,7 +342,7 @@ def test_same_bits_whatever_the_number_of_threads(kind, monkeypatch):
     assert (one.flux != other.flux).any()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_one_order_alone_leaves_the_rest_out(kind):
     alone = walk(scene(effects=Effects(multiple_scattering=False)), kind, walks=50_000)
     assert alone.flux.sel(order=slice(2, None)).sum() == 0
@@ -349,14 +350,14 @@ def test_one_order_alone_leaves_the_rest_out(kind):
     assert (albedos.lost_paths(alone) == 0).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_a_black_facet_without_interface_sends_nothing_back(kind):
     walked = walk(scene(n=1.0, kd=0.0), kind, walks=1000)
     assert walked.flux.sum() == 0
     assert (walked.ended.sel(cause="absorbed") == 1000).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", all_orders())
 def test_a_flat_scene_is_one_facet_exactly(kind):
     walked = walk(scene((2.0, (0.0,))), kind, walks=10)
     total = albedos.quantity(walked, "total", 1.5, 0.8).values.ravel()

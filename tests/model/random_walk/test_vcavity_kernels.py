@@ -6,6 +6,7 @@ import pytest
 from brute import direction
 
 from microsurf import model
+from microsurf.model import MODELS
 from microsurf.model.random_walk.evaluate import evaluate_walk
 from microsurf.model.random_walk.parameters import facet_of, law_of, stream
 from microsurf.model.random_walk.vcavity_kernels import chain, more_mirrors
@@ -30,6 +31,9 @@ def kernel_arguments(asked):
     return law_of(rough.gamma, rough.sigma_x, rough.sigma_y), facet_of(asked, asked.material.kd[0])
 
 
+MASKING = MODELS["vcavity"].masking
+
+
 @pytest.mark.parametrize(
     "roughness", [(1.501, (2.0,)), (2.0, (0.5, 0.05)), (8.0, (0.7,)), (1e9, (0.3,))]
 )
@@ -37,7 +41,7 @@ def kernel_arguments(asked):
 def test_one_mirror_is_the_closed_form(roughness, material):
     asked = scene(*roughness, material)
     facets = brdf.Facets(material.n, asked.roughness.gamma, asked.roughness.sigma_x,
-                           asked.roughness.sigma_y, "vcavity", material.k)  # fmt: skip
+                           asked.roughness.sigma_y, MASKING, material.k)  # fmt: skip
     expected = brdf.specular(facets, LIGHT, EYE) * EYE[:, 2]
     law, facet = kernel_arguments(asked)
     found = [chain(1, *i, *o, law, facet) for i, o in zip(LIGHT, EYE, strict=True)]

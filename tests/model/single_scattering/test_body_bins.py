@@ -1,11 +1,14 @@
 import numpy as np
 import pytest
 
+from microsurf.model import MODELS
 from microsurf.model.directions import direction
 from microsurf.model.single_scattering import brdf, flat
 from microsurf.model.single_scattering.body_bins import body_bins
-from microsurf.model.single_scattering.facets import MASKINGS, Facets
+from microsurf.model.single_scattering.facets import Facets
 from microsurf.results import detector
+
+MASKINGS = ("approximate", "smith", "smith-separable", "vcavity")
 
 
 def albedo(facets, theta_i, phi_i):
@@ -25,7 +28,7 @@ def albedo(facets, theta_i, phi_i):
 @pytest.mark.parametrize(("masking", "sigma"), [("smith", (0.5, 0.5)), ("smith", (0.3, 0.5)),
                                                 ("vcavity", (0.5, 0.5))])  # fmt: skip
 def test_bins_sum_to_the_albedo_integrated_without_them(masking, sigma):
-    facets = Facets(1.5, 2.0, *sigma, masking)
+    facets = Facets(1.5, 2.0, *sigma, MODELS[masking].masking)
     bins, error = body_bins(facets, np.radians(40), 0.4)
     expected = albedo(facets, np.radians(40), 0.4)
     assert bins.sum() == pytest.approx(expected, rel=1e-7)
@@ -34,7 +37,7 @@ def test_bins_sum_to_the_albedo_integrated_without_them(masking, sigma):
 
 @pytest.mark.parametrize("bin_", [(0, 4), (15, 18), (20, 0), (44, 9)])
 def test_a_bin_against_its_own_gauss_rule(bin_):
-    facets = Facets(1.5, 2.0, 0.5, 0.5, "smith")
+    facets = Facets(1.5, 2.0, 0.5, 0.5, MODELS["smith"].masking)
     bins, _ = body_bins(facets, np.radians(40), 0.0)
     x, w = np.polynomial.legendre.leggauss(5)
     low, high = np.radians(detector.RING_EDGES[[bin_[0], bin_[0] + 1]])
@@ -49,7 +52,7 @@ def test_a_bin_against_its_own_gauss_rule(bin_):
 
 
 def test_refinement_changes_no_bin_by_more_than_1e_6():
-    facets = Facets(1.5, 2.0, 0.5, 0.5, "smith")
+    facets = Facets(1.5, 2.0, 0.5, 0.5, MODELS["smith"].masking)
     once, _ = body_bins(facets, np.radians(60), 0.0)
     twice, _ = body_bins(facets, np.radians(60), 0.0, refinement=2)
     np.testing.assert_allclose(once, twice, rtol=1e-6)
@@ -58,7 +61,7 @@ def test_refinement_changes_no_bin_by_more_than_1e_6():
 @pytest.mark.parametrize("masking", MASKINGS)
 def test_small_roughness_approaches_the_flat_interface(masking):
     """Slopes of 1e−3 change cosines by 1e−3 relative to their distance from grazing."""
-    bins, _ = body_bins(Facets(1.5, 8.0, 1e-3, 1e-3, masking), np.radians(50), 0.0)
+    bins, _ = body_bins(Facets(1.5, 8.0, 1e-3, 1e-3, MODELS[masking].masking), np.radians(50), 0.0)
     plane = flat.body_bins(np.cos(np.radians(50)), 1.5)
     np.testing.assert_allclose(bins[:40], plane[:40], rtol=1e-4)
     assert bins.sum() == pytest.approx(plane.sum(), rel=1e-4)
@@ -77,7 +80,7 @@ def test_isotropic_as_a_limit_of_anisotropic():
 @pytest.mark.parametrize("theta", [0.0, 60.0, 80.0, 89.9])
 def test_refinement_at_the_edges(masking, gamma, sigma, theta):
     """Albedos to 1e−7; bins to 1e−5 of their ring's mean: some at grazing hold little."""
-    facets = Facets(1.5, gamma, sigma, sigma, masking)
+    facets = Facets(1.5, gamma, sigma, sigma, MODELS[masking].masking)
     once, error = body_bins(facets, np.radians(theta), 0.0)
     fine, _ = body_bins(facets, np.radians(theta), 0.0, refinement=1.5)
     assert once.sum() == pytest.approx(fine.sum(), rel=1e-7)

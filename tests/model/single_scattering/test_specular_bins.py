@@ -2,11 +2,14 @@ import brute
 import numpy as np
 import pytest
 
+from microsurf.model import MODELS
 from microsurf.model.single_scattering import brdf
-from microsurf.model.single_scattering.facets import MASKINGS, Facets
+from microsurf.model.single_scattering.facets import Facets
 from microsurf.model.single_scattering.specular_bins import specular_bins
 from microsurf.physics import fresnel
 from microsurf.results import detector
+
+MASKINGS = ("approximate", "smith", "smith-separable", "vcavity")
 
 
 def ring_by_one_rule(facets, theta_i, ring, sector):
@@ -28,7 +31,7 @@ def ring_by_one_rule(facets, theta_i, ring, sector):
 @pytest.mark.parametrize("bin_", [(15, 18), (30, 18), (30, 3), (44, 16)])
 def test_a_bin_against_a_midpoint_rule(masking, bin_):
     """The rule's error, about (scale of the lobe/1000)², is below 1e−6; at a kink as well."""
-    facets = Facets(1.5, 2.0, 0.3, 0.3, masking)
+    facets = Facets(1.5, 2.0, 0.3, 0.3, MODELS[masking].masking)
     bins, _ = specular_bins(facets, np.radians(60), 0.0)
     expected = ring_by_one_rule(facets, np.radians(60), *bin_)
     assert bins[bin_] == pytest.approx(expected, rel=3e-6)
@@ -43,7 +46,7 @@ def test_a_narrow_lobe_is_captured(theta, sigma, masking):
     Within |slope| < 6.5 σ no facet turns away and G of V-cavities is 1; the
     trapezoid in azimuth and Gauss–Legendre in ρ hold 1e−10.
     """
-    facets = Facets(1.5, np.inf, sigma, sigma, masking)
+    facets = Facets(1.5, np.inf, sigma, sigma, MODELS[masking].masking)
     i = brute.direction(theta, 0)
     x, w = np.polynomial.legendre.leggauss(60)
     rho, weights = 3.25 * (x + 1), 3.25 * w
@@ -53,7 +56,7 @@ def test_a_narrow_lobe_is_captured(theta, sigma, masking):
     length = np.linalg.norm(m, axis=-1)
     i_s = m @ i
     o = 2 * (i_s / length**2)[..., None] * m - i
-    visible = facets.smith(np.broadcast_to(i, o.shape), o)
+    visible = facets.g2(np.broadcast_to(i, o.shape), o)
     values = fresnel.reflectance(i_s / length, 1.5) * visible * i_s / i[2]
     expected = np.sum(values.mean(axis=1) * weights * 2 * rho * np.exp(-(rho**2)))
     bins, error = specular_bins(facets, np.radians(theta), 0.0)
@@ -72,9 +75,11 @@ def test_at_sigma_0_001_the_lobe_is_in_one_bin_and_holds_the_fresnel_reflectance
 @pytest.mark.parametrize("masking", MASKINGS)
 def test_isotropic_as_a_limit_of_anisotropic(masking):
     """σ_y one rounding off runs the whole circle without the symmetry."""
-    isotropic, _ = specular_bins(Facets(1.5, 1.75, 0.5, 0.5, masking), np.radians(70), 0.0)
+    isotropic, _ = specular_bins(
+        Facets(1.5, 1.75, 0.5, 0.5, MODELS[masking].masking), np.radians(70), 0.0
+    )
     turned, _ = specular_bins(
-        Facets(1.5, 1.75, 0.5, np.nextafter(0.5, 1), masking), np.radians(70), 1.0
+        Facets(1.5, 1.75, 0.5, np.nextafter(0.5, 1), MODELS[masking].masking), np.radians(70), 1.0
     )
     np.testing.assert_allclose(turned, isotropic, rtol=1e-6)
     np.testing.assert_allclose(isotropic[:, 1:18], isotropic[:, :18:-1], rtol=1e-12)
