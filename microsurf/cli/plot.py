@@ -14,11 +14,13 @@ from .output import check_ending, show
 
 @click.command("plot")
 @click.argument("files", type=PATH, nargs=-1, required=True, metavar="FILE.nc …")
-@click.option("--kd", type=float, help="Substrate albedo; default the first of each scene.")
+@click.option("--kd", type=float, help="Substrate albedo; default the first of each result.")
 @click.option("--out", type=PATH, required=True, help="FILE.png, .pdf or .svg.")
 @as_json
 def plot_command(files: tuple[Path, ...], kd: float | None, out: Path, as_json: bool) -> None:
     """Draw the lobes of results in the plane of incidence.
+
+    One measurement, and predictions: each with its own material.
 
     Example: microsurf plot measured.nc predicted.nc --out lobes.pdf
     """
@@ -26,5 +28,5 @@ def plot_command(files: tuple[Path, ...], kd: float | None, out: Path, as_json: 
         Material(kd=(kd,))  # checks it
     check_ending(out, ".png", ".pdf", ".svg")
     check_writable(out)
-    report.plot_results({file.stem: datasets.load(file) for file in files}, out, kd)
+    report.plot_results({str(file): datasets.load(file) for file in files}, out, kd)
     show({"file": str(out)}, as_json)

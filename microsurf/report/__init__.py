@@ -7,7 +7,7 @@ import xarray as xr
 
 from ..files import whole_file
 from .attachments import make_folder, make_folders
-from .figures import figure, lobes
+from .figures import figure, lobes_of_results
 from .html import write
 from .phrases import movements, unexpected
 
@@ -15,10 +15,10 @@ __all__ = ["make_folder", "make_folders", "movements", "plot_results", "unexpect
 
 
 def plot_results(results: Mapping[str, xr.Dataset], out: Path, kd: float | None = None) -> None:
-    """Draw the lobes of results into one picture; the ending of ``out`` chooses the format.
+    """Draw the lobes of results, by their files, into one picture, in the format of its ending.
 
     The same results give the same bytes.
     """
-    drawn = lobes.of_results(results, kd)
+    drawn = lobes_of_results.figure(results, kd)
     with whole_file(out) as temporary:
         figure.write(drawn, temporary)

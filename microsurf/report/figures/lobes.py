@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ...errors import InputError
 from ...results import detector
 from ...scene import Scene
-from ...scene.toml import from_toml
 from .bands import cut, half_widths
-from .style import GREY, QUANTITY_STYLE, SMALL, clean, new_figure, own_style, source_style
+from .style import (
+    GREY,
+    QUANTITY_STYLE,
+    SMALL,
+    SourceStyle,
+    clean,
+    new_figure,
+    nothing,
+    own_style,
+    source_style,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +30,8 @@ MEASURED = "measured"
 
 _FLOOR = 3e-5
 """Below this part of the highest value nothing is drawn."""
+_LINE = 90
+"""Letters of labels that fit side by side under a figure."""
 _LONE = 3
 """Curves of so few bins get a dash for each: a line would not be seen."""
 
@@ -84,8 +94,17 @@ def _row(source: str, quantity: str, theta: float, value: float) -> dict[str, An
 
 
 @own_style()
-def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
-    """Draw `rows`, log scale, a panel for each θ_i."""
+def figure(
+    drawn: Sequence[dict[str, Any]], styles: Mapping[str, SourceStyle] | None = None
+) -> "Figure":
+    """Draw `rows`, log scale, a panel for each θ_i.
+
+    ``styles`` are those of sources which are not `source_style`'s; those
+    that `rows` holds nothing of are named as dark.
+    """
+    styles = styles or {}
+    if not drawn:
+        return nothing("no result reflects any light into the plane of incidence")
     thetas = list(dict.fromkeys(row["theta_i_deg"] for row in drawn))
     columns = 2 if len(thetas) > 1 else 1
     lines = -(-len(thetas) // columns)
@@ -94,10 +113,15 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     for theta, panel in zip(thetas, panels, strict=False):
         mine = [row for row in drawn if row["theta_i_deg"] == theta]
         for (source, name), curve in groupby(mine, lambda row: (row["source"], row["quantity"])):
-            _draw(panel, source, name, list(curve))
+            _draw(panel, styles.get(source) or source_style(source), name, list(curve))
         panel.axvline(theta, color=GREY, linewidth=0.7, linestyle=(0, (1, 3)))
-        panel.set_title(rf"$\theta_i$ = {theta:g}°", fontsize=10)
+        phi = mine[0]["phi_i_deg"]
+        azimuth = rf", $\phi_i$ = {phi:g}°" if phi else ""
+        panel.set_title(rf"$\theta_i$ = {theta:g}°{azimuth}", fontsize=10)
         clean(panel)
+    bright = {row["source"] for row in drawn}
+    for style in (styles[source] for source in styles if source not in bright):
+        panels[0].plot([], [], linestyle="none", label=f"{style.label}: reflects nothing")
     for panel in panels[len(thetas) :]:
         panel.set_visible(False)
     panels[0].set(yscale="log", ylim=_limits(drawn), xlim=(-90, 90))
@@ -115,7 +139,8 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     # Columns of three: what is measured, Smith, others.
     handles = dict(sorted(handles.items(), key=lambda item: _rank(item[0])))
     made.legend(
-        list(handles.values()), list(handles), loc="outside lower center", ncols=3,
+        list(handles.values()), list(handles), loc="outside lower center",
+        ncols=max(1, min(3, _LINE // max(map(len, handles)))),
         fontsize=SMALL, frameon=False,
     )  # fmt: skip
     return made
@@ -137,13 +162,13 @@ def _limits(drawn: Sequence[dict[str, Any]]) -> tuple[float, float]:
     return min(max(min(lows, default=top) / 3, top * _FLOOR), top / 100), 2 * top
 
 
-def _draw(panel: "Axes", source: str, name: str, curve: list[dict[str, Any]]) -> None:
+def _draw(panel: "Axes", style: SourceStyle, name: str, curve: list[dict[str, Any]]) -> None:
     colour, marker, label = QUANTITY_STYLE[name]
     theta = np.array([row["theta_o_deg"] for row in curve])
     value = np.array([row["brdf_per_sr"] for row in curve])
     shown = np.where(value > 0, value, np.nan)
     what = "all orders" if name == "total" else label
-    if source == MEASURED:
+    if curve[0]["source"] == MEASURED:
         low, high = (np.array([row[end] for row in curve]) for end in ("low", "high"))
         panel.fill_between(
             theta, np.maximum(low, 1e-12), high, color=colour, alpha=0.22, linewidth=0
@@ -151,38 +176,11 @@ def _draw(panel: "Axes", source: str, name: str, curve: list[dict[str, Any]]) ->
         panel.plot(
             theta, shown, linestyle="none", color=colour, marker=marker, markersize=2.6,
             fillstyle="none" if name == "total" else "full", markeredgewidth=0.6,
-            label=f"measured, {what}",
+            label=f"{style.label}, {what}",
         )  # fmt: skip
         return
-    style = source_style(source)
     lone = np.count_nonzero(value) <= _LONE
     panel.plot(
         theta, shown, color=colour, linestyle=style.line, linewidth=1.1,
         marker="_" if lone else None, markersize=12, label=f"{style.label}, {what}",
     )  # fmt: skip
-
-
-@own_style()
-def of_results(datasets: Mapping[str, xr.Dataset], kd: float | None = None) -> "Figure":
-    """Lobes of any results in the plane of incidence.
-
-    Measurements are points with bands, predictions lines; a panel for each θ_i of
-    the first result, which the others must share.
-
-    Raises
-    ------
-    InputError
-        If there are two measurements, or angles of incidence differ.
-
-    """
-    first = next(iter(datasets.values()))
-    scene = from_toml(first.attrs["scene"])
-    kd = scene.material.kd[0] if kd is None else kd
-    measurements = {k: d for k, d in datasets.items() if d.attrs["source"] == "measurement"}
-    predictions = {d.attrs["model"]: d for k, d in datasets.items() if k not in measurements}
-    for name, dataset in datasets.items():
-        if not np.array_equal(dataset.theta_i, first.theta_i):
-            raise InputError(f"{name}: its angles of incidence are not those of the first file")
-    if len(measurements) <= 1:
-        return figure(rows(next(iter(measurements.values()), None), predictions, scene, kd))
-    raise InputError(f"{len(measurements)} measurements: give one, with any number of predictions")

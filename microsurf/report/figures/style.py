@@ -29,6 +29,8 @@ WIDTH = 7.1
 """Of a page without its margins, in inches."""
 SMALL = 8.5
 """Letters of legends, in points."""
+LONGEST = 80
+"""Letters of a user's words in a figure."""
 
 QUANTITY_STYLE = {
     "specular": (VERMILION, "s", "order-1 specular"),
@@ -67,7 +69,7 @@ def source_style(key: str) -> SourceStyle:
         return SourceStyle(
             PALETTE.get(of.colour, of.colour), of.marker, of.line, of.label, of.orders
         )
-    return _OTHERS.get(key, SourceStyle(VERMILION, "D", "-.", key))
+    return _OTHERS.get(key, SourceStyle(VERMILION, "D", "-.", as_text(key)))
 
 
 @contextmanager
@@ -95,3 +97,24 @@ def clean(axes: "Axes") -> None:
     axes.grid(visible=True, color="#dddddd", linewidth=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def as_text(words: str) -> str:
+    """Give what a user wrote as letters: no formula, no line break, at most LONGEST of them.
+
+    matplotlib reads what stands between two $ as a formula, and leaves labels that begin
+    with _ out of legends.
+    """
+    plain = "".join(c if c.isprintable() else "\ufffd" for c in words)
+    if len(plain) > LONGEST:
+        plain = plain[: LONGEST // 2] + "…" + plain[-LONGEST // 2 :]
+    unseen = "\u200b" if plain.startswith("_") else ""
+    return unseen + plain.replace("$", r"\$")
+
+
+@own_style()
+def nothing(why: str) -> "Figure":
+    """Give a figure that says there is nothing to show, and why."""
+    figure = new_figure(1.0)
+    figure.text(0.5, 0.5, f"nothing to show: {why}", ha="center", va="center", fontsize=10)
+    return figure
