@@ -90,9 +90,6 @@ def _result(file: str, dataset: xr.Dataset, kd: float | None) -> _Result:
 
 
 def _check(results: Sequence[_Result]) -> None:
-    count = sum(result.model == lobes.MEASURED for result in results)
-    if count > 1:
-        raise InputError(f"{count} measurements: give one, with any number of predictions")
     first = results[0].dataset
     for result in results:
         if not np.array_equal(result.dataset.theta_i, first.theta_i):
@@ -105,6 +102,9 @@ def _check(results: Sequence[_Result]) -> None:
                 f"{result.file}: its first azimuth of incidence, {phi:g}°, is not that of the "
                 f"first file, {wanted:g}°; only the first is drawn"
             )
+    count = sum(result.model == lobes.MEASURED for result in results)
+    if count > 1:
+        raise InputError(f"{count} measurements: give one, with any number of predictions")
 
 
 def _labels(results: Sequence[_Result]) -> list[str]:
