@@ -50,8 +50,8 @@ class BrdfFit:
     material, isotropic, aperture :
         What was asked; the full angle of the detector in degrees, or None.
     one_order, all_orders : Fitted
-        STD by the closed form of order 1, and with later orders; None if not asked, or if
-        light does not walk in that material.
+        STD by the closed form of order 1, and with later orders; None if not asked, if
+        light does not walk in that material, or if the lobe is not resolved.
     rounds : int
         Rounds of the latter.
     others : mapping of str to Fitted
@@ -154,7 +154,8 @@ def fit_brdf(
     made = {name: Fitted(*found, resample(*found)) for name, found in fits.items()}
     one = made.pop("std")
     every, rounds = None, 0
-    if orders == "all" and possible(one.question):
+    # Later orders of a lobe that is not resolved are not known either.
+    if orders == "all" and not narrow and possible(one.question):
         question, solution, rounds = fit_all_orders(*fits["std"], walks, seed)
         fits["all orders"] = question, solution
         every = Fitted(question, solution, resample(question, solution))

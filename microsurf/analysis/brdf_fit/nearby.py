@@ -1,6 +1,6 @@
 """Follow a known solution to a problem nearby: some pairs left out, or later orders changed.
 
-Gauss–Newton steps from where the solution was: what changes a fit by a part of its interval
+Gauss–Newton steps, damped where they must be: what changes a fit by a part of its interval
 needs two of them, where a search with bounds and tests of its end takes ten evaluations more.
 """
 
@@ -15,7 +15,7 @@ _STEPS = 5
 _DIFFERENCE = 1e-5
 _DONE = 1e-3
 """Change of the parameters after which the next, of its square, does not matter."""
-_HALVINGS = 4
+_DAMPINGS = (0.0, 1e-3, 1e-1, 10.0, 1e3)
 
 
 def follow(question: Question, near: Solution) -> Solution:
@@ -25,17 +25,15 @@ def follow(question: Question, near: Solution) -> Solution:
     channel, left = inner(question, vector, near.channel)
     for _ in range(_STEPS):
         jacobian = _jacobian(question, vector, channel, left)
-        square = jacobian @ jacobian.T
-        step = np.linalg.lstsq(square, jacobian @ left.ravel(), rcond=1e-12)[0]
-        before = np.sum(left**2)
-        for _halving in range(_HALVINGS):
-            new = np.clip(vector - step, low, high)
+        square, slope = jacobian @ jacobian.T, jacobian @ left.ravel()
+        before = float(np.sum(left**2))
+        for damping in _DAMPINGS:
+            new = _step(vector, square, slope, damping, low, high)
             new_channel, new_left = inner(question, new, channel)
             if np.sum(new_left**2) <= before:
                 break
-            step = step / 2
         else:
-            break
+            break  # at a minimum, up to rounding
         size = float(np.max(np.abs(new - vector)))
         vector, channel, left = new, new_channel, new_left
         if size < _DONE:
@@ -43,14 +41,33 @@ def follow(question: Question, near: Solution) -> Solution:
     return Solution(vector, channel, left, question.problem.rms(left))
 
 
+def _step(
+    vector: Array, square: Array, slope: Array, damping: float, low: Array, high: Array
+) -> Array:
+    """Make a damped step; what would leave its bounds stops there, and the rest is solved again."""
+    new, free = vector.copy(), np.diag(square) > 0
+    for _ in vector:
+        inside = np.flatnonzero(free)
+        moved = new - vector
+        target = slope[inside] + square[np.ix_(inside, np.flatnonzero(~free))] @ moved[~free]
+        matrix = square[np.ix_(inside, inside)]
+        matrix = matrix + damping * np.diag(np.diag(matrix))
+        new[inside] = vector[inside] - np.linalg.lstsq(matrix, target, rcond=1e-14)[0]
+        out = free & ((new < low) | (new > high))
+        new = np.clip(new, low, high)
+        if not out.any():
+            break
+        free = free & ~out
+    return new
+
+
 def _jacobian(question: Question, vector: Array, channel: Array, left: Array) -> Array:
-    """Derivatives of the residuals, what is solved inside following; 0 at a bound."""
-    low, high = question.layout.bounds
+    """Derivatives of the residuals, what is solved inside following."""
+    high = question.layout.bounds[1]
     rows = np.zeros((len(vector), left.size))
     for k, value in enumerate(vector):
-        if low[k] < value < high[k]:
-            step = _DIFFERENCE if value + _DIFFERENCE < high[k] else -_DIFFERENCE
-            moved = vector.copy()
-            moved[k] += step
-            rows[k] = ((inner(question, moved, channel)[1] - left) / step).ravel()
+        step = _DIFFERENCE if value + _DIFFERENCE < high[k] else -_DIFFERENCE
+        moved = vector.copy()
+        moved[k] += step
+        rows[k] = ((inner(question, moved, channel)[1] - left) / step).ravel()
     return rows

@@ -1,5 +1,7 @@
 """Fits of made-up BRDFs, whose parameters are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made import closed_form, directions, measured
@@ -10,8 +12,12 @@ from microsurf.analysis.brdf_fit.fit import fit_brdf
 from microsurf.analysis.brdf_fit.held_out import held_out
 from microsurf.analysis.brdf_fit.inside import best_weights
 from microsurf.analysis.brdf_fit.intervals import half_width
+from microsurf.analysis.brdf_fit.materials import MATERIALS
+from microsurf.analysis.brdf_fit.nearby import follow
+from microsurf.analysis.brdf_fit.parameters import Layout
 from microsurf.analysis.brdf_fit.problem import problem_of
 from microsurf.analysis.brdf_fit.scene_of import scene_of
+from microsurf.analysis.brdf_fit.solve import Question, evaluate, refine, solve
 from microsurf.analysis.brdf_fit.summary import figures, parameters
 from microsurf.errors import InputError
 from microsurf.physics.facet import body_weight
@@ -207,6 +213,26 @@ def test_an_aperture_explains_a_lobe_that_it_widens():
     true = parameters(fit_brdf(seen, orders="1", hold_out=(), aperture=12.0).others["beckmann"])
     assert wide["sigma"] > 0.06
     assert true["sigma"] == pytest.approx(0.05, rel=0.02)
+
+
+def test_following_reaches_what_a_search_reaches(paint):
+    """From a solution of all pairs to that of some, also where a parameter is at its bound."""
+    material = MATERIALS[PAINT]
+    rng = np.random.default_rng(8)
+    flat = closed_form(PAINT, [np.log(0.3), 0.0, 1.0], [0.3], directions(seed=3))
+    for brdf in (paint, flat):
+        noise = 1 + 0.05 * rng.standard_normal(brdf.values.shape)
+        problem = problem_of(replace(brdf, values=brdf.values * noise))
+        question = Question(problem, material, Layout(material.optics, None, True))
+        whole = solve(question)
+        some = question.select(problem.groups != 5)
+        near, searched = follow(some, whole), refine(some, whole.vector)
+        assert near.rms == pytest.approx(searched.rms, rel=1e-4)
+        assert near.rms < evaluated(some, whole)
+
+
+def evaluated(question, solution):
+    return question.problem.rms(evaluate(question, solution.vector, solution.channel))
 
 
 def test_held_out_incidences_are_the_nearest(paint):
