@@ -74,6 +74,22 @@ of_file = together(
     click.option("--height-unit", help="Of heights, if the file does not say: nm, or 0.5nm."),
     click.option("--void-value", type=float, help="The height that marks a void."),
 )
+of_brdf = together(
+    click.option(
+        "--material",
+        help="interfaced-lambertian (the default), conductor or lambertian+conductor.",
+    ),
+    click.option(
+        "--anisotropic", is_flag=True, default=None, help="σ along two axes, and their azimuth."
+    ),
+    click.option("--aperture", type=float, help="Full angle of the detector's cone in degrees."),
+    click.option("--orders", help="1: closed form alone; all, the default: later orders too."),
+    _many("--hold-out", "Incidences in degrees to judge by. Default 30,60."),
+    click.option("--margin", type=float, help="Departure of a zone that still fits, 0.15."),
+    click.option("--walks", type=int, help="For each pair, of later orders. Default 1000."),
+    click.option("--seed", type=int, help="Same seed, same walks. Default 0."),
+    click.option("--pairs", type=PATH, help="Write the measured pairs: FILE.csv."),
+)
 light = together(
     _many("--theta", "Incidence θ in degrees, e.g. 0,30,60."),
     _many("--phi", "Azimuth of incidence in degrees, from +x."),

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from microsurf.cli.fit_brdf import fit_brdf_command, table
+from microsurf.cli.group import cli
 from microsurf.errors import InputError
-from microsurf.results.measured_brdf import read_brdf, write_csv
+from microsurf.results.measured_brdf import holds_brdf, read_brdf, write_csv
 from microsurf.scene.toml import read
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "analysis" / "brdf_fit"))
@@ -69,3 +71,33 @@ def test_no_scene_for_what_no_scene_has(file, tmp_path):
             file, material="lambertian+conductor", hold_out=(), out=tmp_path / "scene.toml"
         )
     assert list(tmp_path.iterdir()) == []
+
+
+def run(*words):
+    return CliRunner().invoke(cli, ["fit", *map(str, words)])
+
+
+def test_the_command_knows_a_brdf_by_its_file(file):
+    done = run(file, "--orders", "1", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["kind"] == "brdf"
+    shown = run(file, "--orders", "1", "--hold-out", "45")
+    assert "verdict" in shown.stdout
+    assert "[45.0]" in shown.stdout or "45" in shown.stdout
+
+
+def test_options_of_the_other_kind_are_refused(file, tmp_path):
+    with pytest.raises(InputError, match=r"--voids crop: .* is a measured BRDF"):
+        CliRunner().invoke(cli, ["fit", str(file), "--voids", "crop"], catch_exceptions=False)
+    np.save(tmp_path / "heights.npy", np.zeros((8, 8)))
+    with pytest.raises(InputError, match=r"--aperture 2.0: .* is a surface"):
+        CliRunner().invoke(
+            cli, ["fit", str(tmp_path / "heights.npy"), "--aperture", "2"], catch_exceptions=False
+        )
+
+
+def test_text_of_astm_is_told_from_other_text(tmp_path):
+    rows = "VARS theta_i,phi_i,theta_s,phi_s,550nm\n30,0,30,180,1\n"
+    for name, text, brdf in (("a.txt", rows, True), ("b.txt", "1 2\n", False), ("c.csv", "", True)):
+        (tmp_path / name).write_text(text)
+        assert holds_brdf(tmp_path / name) is brdf

@@ -13,10 +13,24 @@ from .csv_pairs import write as write_csv
 from .scattered import MeasuredBrdf
 from .tidy import tidy
 
-__all__ = ["ENDINGS", "MeasuredBrdf", "read_brdf", "write_csv"]
+__all__ = ["ENDINGS", "MeasuredBrdf", "holds_brdf", "read_brdf", "write_csv"]
 
 READERS = (csv_pairs, pbrt, astm, merl, rgl)
+_HEAD = 65536  # bytes in which the line VARS is looked for
 ENDINGS = tuple(ending for reader in READERS for ending in reader.ENDINGS)
+
+
+def holds_brdf(path: Path) -> bool:
+    """Whether a file is one of a measured BRDF, by its ending, or by its text if that is ASTM's.
+
+    .asc and .txt are endings of many things; ASTM's text has a line VARS near its top.
+    """
+    ending = path.suffix.lower()
+    if ending not in astm.SHARED:
+        return ending in ENDINGS
+    with path.open("rb") as stream:
+        head = stream.read(_HEAD)
+    return any(line.strip().startswith(b"VARS") for line in head.splitlines())
 
 
 def read_brdf(path: Path) -> MeasuredBrdf:

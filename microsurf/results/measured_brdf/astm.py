@@ -16,7 +16,9 @@ from .scattered import MeasuredBrdf, check_size, of_rows
 from .text import read_text, table
 
 NAME = "ASTM E1392/E2387"
-ENDINGS = (".astm", ".asc", ".txt")
+SHARED = (".asc", ".txt")
+"""Endings that other files have as well."""
+ENDINGS = (".astm", *SHARED)
 
 _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 
