@@ -1,0 +1,92 @@
+"""What `microsurf fit` gives for a measured surface: figures, scene, picture, and refusals."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from microsurf.cli.group import cli
+from microsurf.errors import InputError
+from microsurf.scene import toml
+from microsurf.surface import Heightfield, generate_surface, write_surface
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fit") / "sample.x3p"
+    made = generate_surface(2.5, 0.3, cells=96, spacing=0.5, seed=81)
+    heights = made.heights.copy()
+    filled = np.zeros(heights.shape, dtype=bool)
+    filled[20:30, 40:60] = filled[70:72, 10:90] = True
+    y, x = np.mgrid[:96, :96]
+    bow = heights + 0.02 * x - 0.05 * y + 1e-4 * x * y
+    write_surface(Heightfield(bow, 0.5, "mirror", filled=filled), path)
+    return path
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli, ["fit", *map(str, arguments)], catch_exceptions=True)
+
+
+def test_figures_scene_and_picture(file, tmp_path):
+    scene, picture = tmp_path / "scene.toml", tmp_path / "fit.png"
+    result = run(file, "--json", "--out", scene, "--figure", picture)
+    assert result.exit_code == 0, result.output
+    values = json.loads(result.stdout)
+    assert values["kind"] == "surface"
+    assert values["gamma_ci"][0] < 2.5 < values["gamma_ci"][1]
+    assert values["sigma_ci"][0] < 0.3 < values["sigma_ci"][1]
+    assert values["voids"]["treatment"] == "fill"
+    assert values["voids"]["share"] == pytest.approx(360 / 96**2)
+    assert (values["level"], values["unit"], values["pixel"]) == ("quadratic", "µm", [0.5, 0.5])
+    assert values["reader"].startswith("x3pio")
+    assert values["files"] == [str(scene), str(picture)]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    asked = toml.read(scene)
+    assert asked.roughness.gamma == pytest.approx(values["gamma"])
+    assert asked.surface.level == "quadratic"
+    assert (tmp_path / asked.surface.file).resolve() == file.resolve()
+
+
+def test_level_and_voids_are_options(file):
+    values = json.loads(run(file, "--json", "--level", "none", "--voids", "crop").stdout)
+    assert (values["level"], values["voids"]["treatment"]) == ("none", "crop")
+    assert values["voids"]["kept"] < 0.9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--voids", "refuse"), "were not measured"),
+        (("--channel", "phase"), "0 = 'layer 0'"),
+        (("--spacing", "2"), "the file says"),
+        (("--height-unit", "nm"), "the file says"),
+        (("--level", "cubic"), "must be one of none, plane, quadratic"),
+        (("--figure", "fit.doc"), "ending must be"),
+        (("--out", "scene.json"), "ending must be"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(file, arguments, said):
+    result = run(file, *arguments)
+    assert isinstance(result.exception, InputError)
+    assert said in str(result.exception)
+    assert "\n" not in str(result.exception)
+
+
+def test_files_that_are_no_surface(tmp_path):
+    (tmp_path / "s.docx").write_bytes(b"x")
+    np.save(tmp_path / "voids.npy", np.full((20, 20), np.nan))
+    np.save(tmp_path / "flat.npy", np.zeros((20, 20)))
+    np.save(tmp_path / "row.npy", np.zeros((1, 20)))
+    for name, said in (
+        ("s.docx", "unknown ending"),
+        ("missing.npy", "no such file"),
+        ("voids.npy", "all 400 points are voids"),
+        ("flat.npy", "flat"),
+        ("row.npy", "rows and columns"),
+    ):
+        result = run(tmp_path / name)
+        assert isinstance(result.exception, InputError)
+        assert said in str(result.exception)
+        assert name in str(result.exception)

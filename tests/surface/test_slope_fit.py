@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+from judge import rate
+from scipy.optimize import minimize
+
+from microsurf.errors import InputError
+from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface
+from microsurf.surface.slope_fit import fit_slopes
+from microsurf.surface.slope_likelihood import maximise
+from microsurf.surface.structures import impose
+
+
+def turned(cells, lengths, azimuth, rng, gamma=np.inf):
+    """A surface whose slopes have σ ∝ 1/lengths along axes turned by ``azimuth`` degrees.
+
+    Gaussian of autocorrelation exp(−dᵀ A d): its slopes have the covariance 2A. A function
+    of it has STD's slopes of the same axes, see `structures`.
+    """
+    turn = np.radians(azimuth)
+    axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    inverse = axes @ np.diag(np.square(lengths)) @ axes.T
+    k_y, k_x = np.meshgrid(*[2 * np.pi * np.fft.fftfreq(cells)] * 2, indexing="ij")
+    power = inverse[0, 0] * k_x**2 + 2 * inverse[0, 1] * k_x * k_y + inverse[1, 1] * k_y**2
+    noise = np.fft.fft2(rng.normal(size=(cells, cells)))
+    field = np.fft.ifft2(noise * np.exp(-power / 8)).real
+    return Heightfield(impose(field / field.std(), gamma, "tops"))
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 17.0, 45.0, -30.0])
+@pytest.mark.parametrize("gamma", [np.inf, 2.5])
+def test_axes_of_a_lay(azimuth, gamma):
+    """Axes, their ratio and γ; at a slant of 45° either axis may be the nearer to x."""
+    fit = fit_slopes(turned(512, (6.0, 12.0), azimuth, np.random.default_rng(61), gamma))
+    off = (fit.azimuth - azimuth + 45) % 90 - 45
+    reach = (fit.azimuth_ci[1] - fit.azimuth_ci[0]) / 2
+    assert abs(off) < 2 * reach  # 1 in 10 000 of so many is further off
+    assert reach < 5
+    ratio = max(fit.sigma_x, fit.sigma_y) / min(fit.sigma_x, fit.sigma_y)
+    assert ratio == pytest.approx(2, rel=0.1)
+    if abs(azimuth) < 40:
+        assert fit.sigma_x > fit.sigma_y
+    assert fit.gamma > 20 if gamma == np.inf else fit.gamma == pytest.approx(2.5, rel=0.25)
+    assert not fit.isotropic
+
+
+def test_intervals_of_the_azimuth_hold(judge):
+    """Over 60 small fields; negative control: as if facets were independent."""
+    rng = np.random.default_rng(judge.seed(62))
+    fits = [fit_slopes(turned(96, (4.0, 8.0), 17.0, rng)) for _ in range(60)]
+    inside = [f.azimuth_ci[0] < 17 < f.azimuth_ci[1] for f in fits]
+    judge.keeps(rate(sum(inside), 60, 0.88, 1.0))
+    narrow = [
+        abs(f.azimuth - 17) < (f.azimuth_ci[1] - f.azimuth) * np.sqrt(f.effective_facets / f.facets)
+        for f in fits
+    ]
+    judge.catches(rate(sum(narrow), 60, 0.88, 1.0))
+
+
+def test_isotropic_surfaces_have_no_direction(judge):
+    """At the level of 0.01 one in a hundred may be called directed."""
+    rng = np.random.default_rng(judge.seed(63))
+    fits = [fit_slopes(turned(96, (5.0, 5.0), 0.0, rng)) for _ in range(60)]
+    judge.keeps(rate(sum(not f.isotropic for f in fits), 60, 0.0, 0.05))
+    directed = [fit_slopes(turned(96, (5.0, 7.0), 0.0, rng)) for _ in range(20)]
+    judge.catches(rate(sum(not f.isotropic for f in directed), 20, 0.0, 0.05))
+
+
+@pytest.mark.parametrize("gamma", [1.75, 3.0, 20.0])
+def test_the_isotropic_fit_is_that_of_fit_std(gamma):
+    h = generate_surface(gamma, 0.3, cells=96, seed=64)
+    ours, theirs = maximise(*facet_slopes(h), isotropic=True), fit_std(h)
+    assert 1 + 1 / ours.eta == pytest.approx(theirs.gamma, rel=1e-3)
+    np.testing.assert_allclose(ours.scatter, np.eye(2) * theirs.sigma**2, rtol=2e-4, atol=1e-9)
+
+
+def test_the_general_fit_agrees_with_a_direct_search():
+    h = turned(64, (3.0, 6.0), 20.0, np.random.default_rng(65), 2.5)
+    p, q = (slopes.ravel() for slopes in facet_slopes(h))
+    found = maximise(p, q)
+
+    def negative(at):
+        eta, s = np.exp(at[0]), np.exp(at[1:3])
+        r = np.tanh(at[3])
+        rho2 = ((p / s[0]) ** 2 - 2 * r * p * q / (s[0] * s[1]) + (q / s[1]) ** 2) / (1 - r * r)
+        half = np.log(s[0] * s[1]) + np.log(1 - r * r) / 2
+        return half + (1 + 1 / eta) * np.mean(np.log1p(eta * rho2))
+
+    start = [np.log(0.5), np.log(p.std()), np.log(q.std()), 0.0]
+    options = {"xatol": 1e-8, "fatol": 1e-13, "maxiter": 4000, "maxfev": 4000}
+    direct = minimize(negative, start, method="Nelder-Mead", options=options)
+    assert found.eta == pytest.approx(np.exp(direct.x[0]), rel=1e-4)
+    s, r = np.exp(direct.x[1:3]), np.tanh(direct.x[3])
+    expected = [[s[0] ** 2, r * s[0] * s[1]], [r * s[0] * s[1], s[1] ** 2]]
+    np.testing.assert_allclose(found.scatter, expected, rtol=1e-4)
+
+
+def test_filled_points_have_no_say():
+    made = generate_surface(2.5, 0.3, cells=160, seed=66)
+    filled = np.zeros((160, 160), dtype=bool)
+    filled[30:60, 50:90] = True
+    spoilt = made.heights + 100 * filled
+    fit = fit_slopes(Heightfield(spoilt, filled=filled))
+    assert fit.gamma_ci[0] < 2.5 < fit.gamma_ci[1]
+    assert fit.sigma_ci[0] < 0.3 < fit.sigma_ci[1]
+    assert fit.facets < 2 * 160**2
+    assert fit.sigma == pytest.approx(fit_std(Heightfield(spoilt, filled=filled)).sigma, rel=1e-3)
+    assert fit_slopes(Heightfield(spoilt)).gamma < 2.45
+
+
+def test_an_oblong_pixel_stretches_along_one_axis():
+    """Heights and dx doubled: the slope along y doubles, that along x stays."""
+    made = generate_surface(2.5, 0.3, cells=160, seed=67)
+    fit = fit_slopes(Heightfield(2 * made.heights, (2.0, 1.0)))
+    assert fit.sigma_x == pytest.approx(0.3, rel=0.05)
+    assert fit.sigma_y == pytest.approx(0.6, rel=0.05)
+    assert fit.azimuth_ci[0] < 0 < fit.azimuth_ci[1]
+    assert fit.gamma == pytest.approx(2.5, rel=0.05)
+
+
+def test_what_no_std_fits_is_refused():
+    with pytest.raises(InputError, match="flat"):
+        fit_slopes(Heightfield(np.zeros((20, 20))))
+    with pytest.raises(InputError, match="larger surface"):
+        fit_slopes(generate_surface(2.0, 0.5, cells=(4, 6)))
+    steps = np.random.default_rng(68).normal(size=(40, 40))
+    steps[:25] = 0
+    with pytest.raises(InputError, match="exactly flat"):
+        fit_slopes(Heightfield(steps))
