@@ -72,13 +72,13 @@ def fit_slopes(h: Heightfield) -> SlopeFit:
     measured = measured_facets(h)
     sloping = (p, q) if measured is None else (p[measured], q[measured])
     general = _checked(*sloping)
-    cov, naive, tiles = covariance(p, q, general, measured)
-    isotropy = _isotropy(general, cov, tiles)
+    cov, naive, freedom = covariance(p, q, general, measured)
+    isotropy = _isotropy(general, cov, freedom)
     found = general
     if isotropy > ISOTROPY_LEVEL:
         found = maximise(*sloping, isotropic=True)
-        cov, naive, tiles = covariance(p, q, found, measured)
-    reach = float(stats.t.ppf(0.975, max(tiles - 4, 1)))
+        cov, naive, freedom = covariance(p, q, found, measured)
+    reach = float(stats.t.ppf(0.975, freedom))
     jacobian = _jacobian(found.scatter)
     sizes = _axes(found.scatter)
     errors = reach * np.sqrt(np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T))
@@ -171,7 +171,7 @@ def _jacobian(scatter: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _isotropy(found: Maximum, cov: Array, tiles: int) -> float:
+def _isotropy(found: Maximum, cov: Array, freedom: float) -> float:
     """p-value of S being a multiple of the unit matrix, from its two deviations."""
     root = np.linalg.cholesky(found.scatter)
 
@@ -189,5 +189,6 @@ def _isotropy(found: Maximum, cov: Array, tiles: int) -> float:
     )
     spread = jacobian @ cov[1:, 1:] @ jacobian.T
     squared = float(at @ np.linalg.solve(spread, at))
-    freedom = max(tiles - 5, 1)
-    return float(stats.f.sf(squared * freedom / (2 * (freedom + 1)), 2, freedom))
+    # Hotelling's T² of two components is an F of one degree of freedom less.
+    rest = max(freedom - 1, 1.0)
+    return float(stats.f.sf(squared * rest / (2 * freedom), 2, rest))
