@@ -177,17 +177,29 @@ def mesh(h: Heightfield) -> Mesh:
         If the pixel is not square: rays walk over square cells.
 
     """
+    side = cell_side(h)
+    heights, flipped = unfolded(h)
+    heights = heights / side
+    # After the division: subtracting first would round differently in another unit.
+    return Mesh(heights - heights.mean(), flipped)
+
+
+def cell_side(h: Heightfield) -> float:
+    """Side of a square cell; the geometric mean of sides that differ by 1e-3 at most.
+
+    Raises
+    ------
+    InputError
+        If the pixel is not square: rays walk over square cells.
+
+    """
     dx, dy = h.pixel
     if abs(dy / dx - 1) > SQUARE:
         raise InputError(
             f"a pixel of {dx:g} × {dy:g}: rays need a square one, to {SQUARE:g}; "
             "`microsurf fit` takes any"
         )
-    # The very spacing where both are equal, to the last bit.
-    heights, flipped = unfolded(h)
-    heights = heights / (dx if dx == dy else math.sqrt(dx) * math.sqrt(dy))
-    # After the division: subtracting first would round differently in another unit.
-    return Mesh(heights - heights.mean(), flipped)
+    return dx if dx == dy else math.sqrt(dx) * math.sqrt(dy)
 
 
 def unfolded(h: Heightfield) -> tuple[Array, NDArray[np.bool_]]:

@@ -32,6 +32,30 @@ def assumed(asked: Surface) -> list[str]:
     return [f"{asked.file}: bare heights, taken as {' and '.join(taken)}; say it by {how}"]
 
 
+def origin(h: Heightfield, name: str) -> list[str]:
+    """How a measured surface was read, and what was done to it, for people."""
+    told = h.provenance
+    found = []
+    if "reader" in told:
+        dx, dy = h.pixel
+        found.append(
+            f"{name}: {told['format']} read by {told['reader']}, channel {told['channel']!r}, "
+            f"pixel {dx:.6g} × {dy:.6g} µm, heights in {told['unit_in_file']} taken to µm, "
+            f"{told['orientation']}"
+        )
+        if dx != dy:
+            found.append(f"{name}: rays take the mean of {dx:.6g} and {dy:.6g} for its pixel")
+    voids = told.get("voids", {"share": 0.0})
+    if voids["share"] > 0:
+        done = (
+            f"cropped to the {voids['kept']:.1%} that have none"
+            if voids["treatment"] == "crop"
+            else "filled; their facets are traced, but stay out of fits and statistics"
+        )
+        found.append(f"{name}: {voids['share']:.2%} of its points were not measured: {done}")
+    return found
+
+
 def examine(h: Heightfield, name: str) -> list[str]:
     """What hints at a mistake in a surface, for people; ``name`` is what they call it.
 

@@ -9,9 +9,9 @@ from .. import memory
 from ..errors import InputError
 from ..scene import Scene, Surface
 from .detrend import level
-from .heightfield import Heightfield
+from .heightfield import Heightfield, cell_side
 from .io import read_surface
-from .plausibility import assumed, examine
+from .plausibility import assumed, examine, origin
 from .synthesis import generate_surface
 
 
@@ -39,14 +39,15 @@ def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:
 
 
 def notes_on_file(scene: Scene) -> list[str]:
-    """What is taken for granted of the scene's file, and what hints at a mistake in it.
+    """What is taken for granted of the scene's file, how it was read, what hints at a mistake.
 
     Empty for generated surfaces. Raises as `surfaces_of`.
     """
     asked = scene.surface
     if asked.file is None:
         return []
-    return assumed(asked) + examine(surface_of(scene, 0, 0), asked.file)
+    found = surface_of(scene, 0, 0)
+    return assumed(asked) + origin(found, asked.file) + examine(found, asked.file)
 
 
 def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
@@ -55,6 +56,10 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
     if asked.file is not None:
         found = level(read_asked(asked), asked.level)
         examine(found, asked.file)
+        try:
+            cell_side(found)
+        except InputError as error:
+            raise InputError(f"{asked.file}: {error}") from error
         return found
     if asked.boundary == "mirror" or asked.level != "none":
         raise InputError(

@@ -1,5 +1,6 @@
 """Ray-trace the surfaces of a scene: the measurement, with its errors and its losses."""
 
+import json
 import math
 import time
 from collections.abc import Iterable, Iterator
@@ -73,7 +74,8 @@ def measure(
         ``ended_paths``; and what errors are made of, ``batch_flux`` and ``bin_variance``.
         Attributes are ``seconds``, in which at least one piece was traced (not those that
         surfaces and meshes took), and ``embree_ratio``, the part of the workers' time that
-        passed inside Embree.
+        passed inside Embree; of a measured surface also ``surface``, where it comes from as
+        JSON, see `Heightfield`.
 
     Raises
     ------
@@ -132,6 +134,8 @@ def measure(
         "seconds": _covered(spans) + max(float(seconds) - busy, 0.0) / workers,
         "embree_ratio": float(inside / seconds),
     }
+    if sources and sources[0].given is not None and sources[0].given.provenance:
+        measured.attrs["surface"] = json.dumps(dict(sources[0].given.provenance))
     return measured
 
 
