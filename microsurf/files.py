@@ -22,6 +22,7 @@ _placing = threading.Lock()
 
 def check_readable(path: Path, instead: str) -> None:
     """Refuse a path that is no file one may read; ``instead`` says what to do then."""
+    _check_name(path)
     try:
         if path.is_dir():
             raise InputError(f"{path}: is a folder; {instead}")
@@ -30,6 +31,14 @@ def check_readable(path: Path, instead: str) -> None:
         path.open("rb").close()
     except OSError as error:
         raise InputError(f"{path}: can't be read ({error.strerror}); {instead}") from error
+
+
+def _check_name(path: Path) -> None:
+    """Refuse a name that reports and results, which hold it as text, could not hold."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"{path}: its name is not text in UTF-8; rename it") from error
 
 
 def check_writable(path: Path) -> None:

@@ -9,7 +9,19 @@ from ...analysis.brdf_fit.curves import Curve, curves
 from ...analysis.brdf_fit.fit import BrdfFit
 from ...analysis.brdf_fit.summary import figures
 from ...analysis.brdf_fit.verdict import from_mirror
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, WIDTH, clean, new_figure, own_style
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SMALL,
+    VERMILION,
+    WIDTH,
+    as_text,
+    clean,
+    new_figure,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +75,7 @@ def figure(fit: BrdfFit) -> "Figure":
 
 def _title(fit: BrdfFit) -> str:
     values = figures(fit)
-    parts = [f"{fit.measured.source}, {fit.material}: {fit.verdict}"]
+    parts = [f"{as_text(fit.measured.source)}, {fit.material}: {fit.verdict}"]
     for name, symbol in (("gamma", "γ"), ("sigma", "σ"), ("n", "n")):
         value, ends = values.get(name), values.get(f"{name}_ci")
         if isinstance(value, float) and ends:
@@ -137,7 +149,7 @@ def _spectrum(axes: "Axes", fit: BrdfFit) -> None:
             )  # fmt: skip
     axes.set_xlabel("wavelength (nm)" if fit.measured.wavelengths else "channel")
     if not fit.measured.wavelengths:
-        axes.set_xticks(at, fit.measured.channels)
+        axes.set_xticks(at, [as_text(channel) for channel in fit.measured.channels])
     axes.set_ylim(0, None)
     axes.set_ylabel("95 % intervals by incidence")
     axes.legend(fontsize=SMALL, frameon=False)

@@ -6,7 +6,15 @@ import numpy as np
 
 from ...analysis.convergence.study import Convergence, Row
 from ...stats.variance_components import CONFIDENCE
-from .style import GREY, QUANTITY_STYLE, SMALL, clean, new_figure, own_style
+from .style import (
+    GREY,
+    QUANTITY_STYLE,
+    SMALL,
+    as_text,
+    clean,
+    new_figure,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,7 +58,7 @@ def draw(found: Convergence, name: str) -> "Figure":
         frameon=False,
     )
     incidence = rf"$\theta_i$ = {shown['theta_i']:g}°, Kd = {shown['kd']:g}"
-    figure.suptitle(f"{name}: albedos at {incidence}, bars {CONFIDENCE:.0%}", fontsize=10)
+    figure.suptitle(f"{as_text(name)}: albedos at {incidence}, bars {CONFIDENCE:.0%}", fontsize=10)
     return figure
 
 

@@ -21,6 +21,7 @@ DPI = 200
 """Of the raster: what journals ask of a halftone at half a page, and sharp on a screen."""
 ENDINGS = ("svg", "png", "csv")
 
+_FORMULA = ("=", "+", "-", "@")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,120}")
 
 
@@ -111,7 +112,10 @@ def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:
 
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV: numbers with all their digits, nothing where there is none."""
+    """Rows as CSV: numbers with all their digits, nothing where there is none.
+
+    Texts that a spreadsheet would take for a formula have a ' in front.
+    """
     columns = list(dict.fromkeys(key for row in rows for key in row))
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, columns, lineterminator="\n")
@@ -121,7 +125,18 @@ def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """numpy's numbers as Python's own; what is not a number is left empty."""
+    """numpy's numbers as Python's own; what is not a number is left empty; no formulas."""
     if isinstance(value, np.generic):
         value = value.item()
+    if isinstance(value, str) and value.lstrip().startswith(_FORMULA) and not _is_number(value):
+        return f"'{value}"
     return None if isinstance(value, float) and np.isnan(value) else value
+
+
+def _is_number(text: str) -> bool:
+    """Whether it is a number that was rounded for people."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

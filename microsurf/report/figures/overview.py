@@ -8,7 +8,16 @@ import numpy as np
 from ...analysis.comparison import Comparison
 from ...results import albedos
 from . import verdicts
-from .style import GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure, own_style
+from .style import (
+    GREY,
+    MARGIN,
+    QUANTITY_STYLE,
+    SMALL,
+    as_text,
+    clean,
+    new_figure,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,7 +68,7 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     if reach > 3 * LINEAR:
         panels[0].set_xscale("symlog", linthresh=LINEAR)
     panels[0].set_xlim(-reach, reach)
-    panels[0].set_yticks(range(len(names)), names)
+    panels[0].set_yticks(range(len(names)), [as_text(name) for name in names])
     panels[0].set_ylim(len(names) - 0.4, -0.6)
     panels[1].set_xlabel("measured / predicted − 1 (%), 95 % intervals")
     handles = verdicts.verdict_handles()

@@ -7,7 +7,13 @@ import numpy as np
 
 from ...analysis.tradeoff import pareto
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES, Tradeoff
-from .style import GREY, new_figure, own_style, source_style
+from .style import (
+    GREY,
+    as_text,
+    new_figure,
+    own_style,
+    source_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,7 +83,7 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> "Figure":
         panel.set_xlabel("processor time of an angle (s)", fontsize=8.5)
     line[0].set_ylabel("error (%)", fontsize=9)
     if name:
-        drawn.suptitle(name, fontsize=10)
+        drawn.suptitle(as_text(name), fontsize=10)
     legend(drawn)
     return drawn
 

@@ -7,7 +7,13 @@ import numpy as np
 
 from ...analysis.tradeoff.study import CHOICES, QUANTITIES
 from .pareto import LEAST, MOST, draw_methods, legend
-from .style import SMALL, new_figure, own_style, source_style
+from .style import (
+    SMALL,
+    as_text,
+    new_figure,
+    own_style,
+    source_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +35,7 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> "Figure":
     grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for panel, (name, table) in zip(grid.ravel(), tables.items(), strict=False):
         draw_methods(panel, [row for row in table if row["quantity"] == quantity])
-        panel.set_title(name, fontsize=SMALL)
+        panel.set_title(as_text(name), fontsize=SMALL)
         panel.tick_params(which="both", labelsize=8)
     for panel in grid.ravel()[len(tables) :]:
         panel.set_axis_off()

@@ -10,7 +10,18 @@ from ...physics import student_t
 from ...surface import facet_slopes
 from ...surface.heightfield import measured_facets
 from ...surface.slope_fit import rho2
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure, own_style
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SMALL,
+    VERMILION,
+    as_text,
+    clean,
+    new_figure,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,7 +134,7 @@ def _points(drawn: list[dict[str, Any]], name: str) -> tuple[Array, Array]:
 def _draw_scales(axes: "Axes", scales: list[dict[str, Any]], study: SurfaceStudy) -> None:
     from matplotlib.ticker import NullLocator  # noqa: PLC0415 - late: only to draw
 
-    unit = study.surface.provenance.get("unit", "unit of the file")
+    unit = as_text(study.surface.provenance.get("unit", "unit of the file"))
     pixel = np.array([row["x"] for row in scales])
     right = axes.twinx()
     bounds: list[float] = []
