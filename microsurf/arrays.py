@@ -35,7 +35,7 @@ def real_array(name: str, values: Any) -> NDArray[Any]:
         # dask's own way to an array drops a mask.
         values = values.compute() if hasattr(values, "compute") else values
         masked = _masked(values)  # first: numpy makes numbers of what is masked in a list
-        found = np.asanyarray(None if masked else values)
+        array = np.asanyarray(None if masked else values)
     except Exception as error:  # other libraries raise whatever they like here
         raise InputError(
             f"{name}: a {type(values).__name__} is no array of numbers ({str(error)[:200]}); "
@@ -43,8 +43,8 @@ def real_array(name: str, values: Any) -> NDArray[Any]:
         ) from error
     if masked:
         raise InputError(f"{name}: {masked} values are masked; must all be there. Fill them first")
-    require_real(name, found.dtype)
-    return np.asarray(found)
+    require_real(name, array.dtype)
+    return np.asarray(array)
 
 
 def _masked(values: Any) -> int:

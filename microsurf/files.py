@@ -100,17 +100,17 @@ def _known(temporary: Path) -> Iterator[None]:
     name = os.fsencode(temporary.absolute())
     with _placing:
         free = [k * PLACE for k in range(PLACES) if UNFINISHED[k * PLACE] == b"\0"]
-        place = free[0] if free and len(name) < PLACE else None
-        if place is not None:
+        index = free[0] if free and len(name) < PLACE else None
+        if index is not None:
             # Its first letter comes last and goes first: half a name may be that of another.
-            second = ctypes.addressof(UNFINISHED) + place + 1
+            second = ctypes.addressof(UNFINISHED) + index + 1
             ctypes.memmove(second, name[1:] + b"\0", len(name))
-            UNFINISHED[place] = name[:1]
+            UNFINISHED[index] = name[:1]
     try:
         yield
     finally:
-        if place is not None:
-            UNFINISHED[place] = b"\0"
+        if index is not None:
+            UNFINISHED[index] = b"\0"
 
 
 def _to_disk(path: Path) -> None:

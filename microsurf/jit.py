@@ -52,8 +52,8 @@ class KernelCache(caching.FunctionCache):
             data = self._path(key).read_bytes()
             proof, payload = data[: 2 * _DIGEST], data[2 * _DIGEST :]
             if proof == stamp + hashlib.sha256(payload).digest():
-                found, reduced = serialize.loads(payload)
-                if found == key:
+                stored, reduced = serialize.loads(payload)
+                if stored == key:
                     return self._impl.rebuild(target_context, reduced)
         return None
 
@@ -94,7 +94,7 @@ class KernelCache(caching.FunctionCache):
 
 @cache
 def _stamp(source: Path) -> bytes | None:
-    """Digest of all that a kernel of this file may freeze; None if it can't be told."""
+    """Digest of all that a kernel of this file may freeze; None if it can't be known."""
     digest = hashlib.sha256(numba_version.encode())
     try:
         for path in sorted(sources_of(source)):
@@ -119,13 +119,13 @@ def sources_of(file: Path) -> frozenset[Path]:
         If the file is not of the package.
 
     """
-    waiting, found = [file.resolve()], set[Path]()
+    waiting, sources = [file.resolve()], set[Path]()
     while waiting:
         path = waiting.pop()
-        if path not in found:
-            found.add(path)
+        if path not in sources:
+            sources.add(path)
             waiting += _imported(path)
-    return frozenset(found)
+    return frozenset(sources)
 
 
 @cache
@@ -182,13 +182,13 @@ def _say_not_kept(why: str) -> None:
 
 
 def _kernel(function: Callable[..., Any], **options: Any) -> Any:
-    made = njit(nogil=True, error_model="numpy", **options)(function)
-    if hasattr(made, "enable_caching"):  # a plain function under NUMBA_DISABLE_JIT
+    dispatcher = njit(nogil=True, error_model="numpy", **options)(function)
+    if hasattr(dispatcher, "enable_caching"):  # a plain function under NUMBA_DISABLE_JIT
         try:
-            made._cache = KernelCache(function)  # noqa: SLF001 - as its enable_caching does
+            dispatcher._cache = KernelCache(function)  # noqa: SLF001 - as its enable_caching does
         except (RuntimeError, OSError):  # no folder for it anywhere
-            made._cache = _Nowhere()  # noqa: SLF001
-    return made
+            dispatcher._cache = _Nowhere()  # noqa: SLF001
+    return dispatcher
 
 
 class _Nowhere(caching.NullCache):

@@ -81,7 +81,7 @@ class Judge:
         assert found <= level, f"not caught: p = {found:.2g} of a family of {np.size(p_values)}"
 
     def tells(self, values, expected, errors, *, dof=None, within=0.0, level=LEVEL):
-        """Assert that estimates are told from what is wrong, as `near` would."""
+        """Assert that estimates are distinguished from what is wrong, as `near` would."""
         self.catches(distant(values, expected, errors, dof, within), level)
 
 

@@ -45,18 +45,18 @@ def contributions(scene: Scene, quantity: str, *, seed: int = 0) -> list[Effect]
     if not scene.requires.roughness:
         return []
     base = _walked(scene, seed)
-    found = []
+    effects = []
     for name, how, without in _switched(scene):
         nothing = not (without.requires.interface or without.requires.substrate)
         other = _nothing(base) if nothing else _walked(without, seed)
-        found.append(Effect(name, how, *_change(other, base, quantity)))
-    found.append(
+        effects.append(Effect(name, how, *_change(other, base, quantity)))
+    effects.append(
         Effect(
-            "masking", "grooves (vcavity-walk) instead of independent heights",
+            "masking", "V-cavities (vcavity-walk) instead of independent heights",
             *_change(_walked(scene, seed, "vcavity-walk"), base, quantity),
         )
     )  # fmt: skip
-    return found + list(_structures(scene, quantity, seed))
+    return effects + list(_structures(scene, quantity, seed))
 
 
 def _switched(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
@@ -108,8 +108,8 @@ def _traced(scene: Scene, structure: str, seed: int) -> dict[Place, Draws]:
 
 def _nothing(base: dict[Place, Draws]) -> dict[Place, Draws]:
     return {
-        place: Draws(draws.albedo * 0, draws.specular * 0, draws.lobe * 0)
-        for place, draws in base.items()
+        index: Draws(draws.albedo * 0, draws.specular * 0, draws.lobe * 0)
+        for index, draws in base.items()
     }
 
 
@@ -119,14 +119,14 @@ def _change(
     """Largest change over places; without a substrate all Kd have one place."""
     of = _lobe if quantity == "lobe" else _scalar(quantity)
     changes = [
-        of(without.get(place) or without[*place[:2], 0.0], draws) for place, draws in base.items()
+        of(without.get(index) or without[*index[:2], 0.0], draws) for index, draws in base.items()
     ]
     return max(changes, key=lambda change: abs(change[0]))
 
 
 def _lobe(without: Draws, base: Draws) -> tuple[float, float, float]:
-    found = pareto.error(pareto.squared([(without.lobe, base.lobe)], np.inf))
-    return found.value, found.low, found.high
+    error = pareto.error(pareto.squared([(without.lobe, base.lobe)], np.inf))
+    return error.value, error.low, error.high
 
 
 def _scalar(quantity: str) -> Callable[[Draws, Draws], tuple[float, float, float]]:

@@ -86,16 +86,16 @@ def compare(
             )
             for t, theta in enumerate(scene.light.theta):
                 for p, phi in enumerate(scene.light.phi):
-                    place = {"theta_i": t, "phi_i": p}
-                    prediction = float(of[1].isel(place).item())
+                    index = {"theta_i": t, "phi_i": p}
+                    prediction = float(of[1].isel(index).item())
                     if prediction == 0:
                         continue
                     rows.append(
                         _comparison(
                             name, (theta, phi, kd), expectation, t,
-                            of[0].isel(place).values, noise.isel(place).values,
+                            of[0].isel(index).values, noise.isel(index).values,
                             str(theory.attrs.get("model", "")), prediction,
-                            float(sampling.isel(place).item()),
+                            float(sampling.isel(index).item()),
                         )
                     )  # fmt: skip
     return rows
@@ -103,7 +103,7 @@ def compare(
 
 def _comparison(
     name: str,
-    place: tuple[float, float, float],
+    incidence: tuple[float, float, float],
     expectation: Expectation,
     angle: int,
     values: np.ndarray,
@@ -122,9 +122,9 @@ def _comparison(
     expected = expectation.verdict[angle % len(expectation.verdict)]
     return Comparison(
         quantity=name,
-        theta_i=place[0],
-        phi_i=place[1],
-        kd=place[2],
+        theta_i=incidence[0],
+        phi_i=incidence[1],
+        kd=incidence[2],
         measured=mean,
         standard_error=error,
         model=model,

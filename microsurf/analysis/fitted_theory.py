@@ -78,9 +78,9 @@ def guarded(rows: Iterable[Comparison], fit: StdFit) -> list[Comparison]:
 
 def fit_as_json(fit: StdFit) -> dict[str, Any]:
     """Figures of a fit for report.json."""
-    found = fit.anisotropy
+    anisotropy = fit.anisotropy
     return _finite(
-        {**vars(fit), "anisotropy": _finite({**vars(found), "directed": found.directed})}
+        {**vars(fit), "anisotropy": _finite({**vars(anisotropy), "directed": anisotropy.directed})}
     )
 
 

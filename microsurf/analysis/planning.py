@@ -1,7 +1,7 @@
 """Which mesh, how many surfaces and rays an accuracy takes, and what they cost, before they run.
 
 The mesh is the coarsest whose error was *measured* to be within the one asked for (95 % ends of
-`microsurf convergence` on built-in scenes, see `MESH_LEAVES`); where none was, the finest of
+`microsurf convergence` on built-in scenes, see `MESH_ERROR`); where none was, the finest of
 these, and the plan says so. Rays and surfaces come from a pilot on four surfaces of that mesh:
 with the variance V_b between surfaces and V_1 of one path, R surfaces of P paths leave
 (V_b + V_1/P)/R, and P = √(V_1 A/(V_b B)) costs least, where a surface costs A and a path B.
@@ -25,7 +25,7 @@ from ..trace.scheduler import MOST_SURFACES
 TILE = 64
 """Side of the tile in correlation lengths: at twice that no built-in scene differed (95 %)."""
 
-MESH_LEAVES = {
+MESH_ERROR = {
     1.75: {2.0: 7.9e-3, 4.0: 5.3e-3, 8.0: 4.6e-3},
     2.0: {2.0: 3.1e-3, 4.0: 2.4e-3, 8.0: 2.0e-3},
     8.0: {2.0: 4.6e-4, 4.0: 4.3e-4, 8.0: 3.3e-4},
@@ -49,7 +49,7 @@ class Plan:
     scene : Scene
         With the mesh, the realisations and the paths that are planned.
     mesh_error : float or None
-        95 % bound of what the mesh leaves of the total albedo; None where nothing was measured.
+        95 % bound of the mesh's error in the total albedo; None where nothing was measured.
     error, lobe_error : float
         Expected standard errors: the worst of the total albedos, and of the lobes relative to
         themselves.
@@ -70,15 +70,15 @@ class Plan:
     memory: float
     notes: tuple[str, ...]
 
-    def begun(self, asked: Scene) -> Scene:
+    def begun(self, scene: Scene) -> Scene:
         """The scene that asked for an error, to begin with half of the planned surfaces.
 
         More are added until the error is reached; with as many each needs fewer rays. Half,
         because the four of the pilot know their spread to a factor of two or three only.
         """
         planned = self.scene.surface.realisations
-        least = max(asked.surface.realisations, planned // 2)
-        return replace(asked, surface=replace(asked.surface, realisations=least))
+        least = max(scene.surface.realisations, planned // 2)
+        return replace(scene, surface=replace(scene.surface, realisations=least))
 
     def as_json(self) -> dict[str, Any]:
         """The figures, under plain names."""
@@ -123,11 +123,11 @@ def with_mesh(scene: Scene) -> Scene:
 
     Scenes without a generated surface, or that ask for no error, are returned as they are.
     """
-    asked = scene.accuracy.standard_error
-    if asked is None or not scene.requires.roughness or scene.surface.file is not None:
+    target = scene.accuracy.standard_error
+    if target is None or not scene.requires.roughness or scene.surface.file is not None:
         return scene
     leaves = _measured(scene)
-    length = min((step for step, error in leaves.items() if error <= asked), default=max(leaves))
+    length = min((step for step, error in leaves.items() if error <= target), default=max(leaves))
     surface = replace(scene.surface, cells=round(TILE * length), correlation=length)
     return replace(scene, surface=surface)
 
@@ -135,7 +135,7 @@ def with_mesh(scene: Scene) -> Scene:
 def _measured(scene: Scene) -> dict[float, float]:
     """What meshes leave at the nearest γ that is no lighter in its tail."""
     gamma = scene.roughness.gamma
-    return MESH_LEAVES[max((g for g in MESH_LEAVES if g <= gamma), default=min(MESH_LEAVES))]
+    return MESH_ERROR[max((g for g in MESH_ERROR if g <= gamma), default=min(MESH_ERROR))]
 
 
 def plan(
@@ -151,10 +151,10 @@ def plan(
         As `measure`; or if one surface would take more paths than there may be.
 
     """
-    needs, asked = scene.requires, scene.accuracy
+    needs, accuracy = scene.requires, scene.accuracy
     single = scene.surface.file is not None or not needs.roughness
     count = 1 if scene.surface.file is not None else PILOT_SURFACES
-    paths = min(PILOT_PATHS, asked.paths)
+    paths = min(PILOT_PATHS, accuracy.paths)
     pilot = replace(
         scene,
         surface=replace(scene.surface, realisations=count),
@@ -163,14 +163,16 @@ def plan(
     )
     begin = time.perf_counter()
     surfaces = list(surfaces_of(pilot, seed)) if needs.roughness else None
-    seen = measure(pilot, surfaces, seed=seed, workers=workers, progress=progress)
+    pilot_result = measure(pilot, surfaces, seed=seed, workers=workers, progress=progress)
     wall = time.perf_counter() - begin
-    per_path = seen.attrs["seconds"] / float(seen.paths.sum())
-    per_surface = max(wall - seen.attrs["seconds"], 0.0) / count
-    wanted = _wanted(uncertainty.of_measurement(seen, scene), asked, paths, single=single)
+    per_path = pilot_result.attrs["seconds"] / float(pilot_result.paths.sum())
+    per_surface = max(wall - pilot_result.attrs["seconds"], 0.0) / count
+    wanted = _wanted(
+        uncertainty.of_measurement(pilot_result, scene), accuracy, paths, single=single
+    )
     cells = surfaces[0].heights.size if surfaces else 0
-    realisations, planned = scene.surface.realisations, asked.paths
-    if asked.standard_error is not None:
+    realisations, planned = scene.surface.realisations, accuracy.paths
+    if accuracy.standard_error is not None:
         realisations, planned = _cheapest(wanted, scene, cells, single=single)
     elif scene.surface.file is not None:
         realisations = 1
@@ -198,7 +200,7 @@ def _mesh_error(scene: Scene) -> float | None:
     surface = scene.surface
     if surface.cells < TILE * surface.correlation:
         return None  # a smaller tile than was measured
-    steps = [step for step in MESH_LEAVES[2.0] if step <= surface.correlation]
+    steps = [step for step in MESH_ERROR[2.0] if step <= surface.correlation]
     return _measured(scene)[max(steps)] if steps else None
 
 
@@ -206,17 +208,18 @@ def _notes(scene: Scene) -> list[str]:
     """What the measured convergence does not cover."""
     if not scene.requires.roughness or scene.surface.file is not None:
         return []
-    notes, gamma, asked = [], scene.roughness.gamma, scene.accuracy.standard_error
-    if gamma < min(MESH_LEAVES):
+    notes, gamma, target = [], scene.roughness.gamma, scene.accuracy.standard_error
+    if gamma < min(MESH_ERROR):
         notes.append(
-            f"γ = {gamma:g}: what a mesh leaves was measured for γ ≥ {min(MESH_LEAVES)} only; "
+            f"γ = {gamma:g}: the discretisation error was measured for γ ≥ {min(MESH_ERROR)} only; "
             "`microsurf convergence` measures it for this scene"
         )
     bound = _mesh_error(scene)
-    if asked is not None and (bound is None or bound > asked):
+    if target is not None and (bound is None or bound > target):
         known = "not known" if bound is None else f"known to ± {bound:.1g} only"
         notes.append(
-            f"what this mesh leaves is {known}, more than the error asked for ({asked:g}); "
+            f"the discretisation error of this mesh is {known}, more than the error asked for"
+            f" ({target:g}); "
             "`microsurf convergence` measures it for this scene"
         )
     return notes
@@ -251,10 +254,10 @@ class _Wanted:
 
 
 def _wanted(
-    known: list[uncertainty.QuantityUncertainty], asked: Accuracy, paths: int, *, single: bool
+    known: list[uncertainty.QuantityUncertainty], accuracy: Accuracy, paths: int, *, single: bool
 ) -> list[_Wanted]:
     """Totals as they are, lobes relative to themselves; a ``single`` surface has no others."""
-    error = asked.standard_error or np.inf
+    error = accuracy.standard_error or np.inf
     rows = []
     for row in known:
         lobe = row.quantity in uncertainty.LOBES
@@ -263,7 +266,7 @@ def _wanted(
         size = row.components.mean if lobe else 1.0
         between = 0.0 if single else (row.components.between / size) ** 2
         within = (row.components.within / size) ** 2
-        wanted = (asked.lobe_error or error) if lobe else error
+        wanted = (accuracy.lobe_error or error) if lobe else error
         rows.append(_Wanted(lobe, between, within * paths, wanted))
     return rows
 

@@ -119,20 +119,20 @@ def against(new: dict[str, Any], old: dict[str, Any], name: str) -> dict[str, An
     """
     before, now = dict(_rows(old)), dict(_rows(new))
     shared = [key for key in now if key in before]
-    found = [
+    moved_rows = [
         {**_place(key), "figure": figure, **_difference(_pair(before[key], now[key], figure))}
         for key in shared
         for figure in _FIGURES
     ]
-    family = [row for row in found if row["z"] is not None]
+    family = [row for row in moved_rows if row["z"] is not None]
     for row, p in zip(family, holm(np.array([row["p"] for row in family])), strict=True):
         row["p_holm"] = float(p)
-    moved = [row for row in found if row["p_holm"] < LEVEL]
+    moved = [row for row in moved_rows if row["p_holm"] < LEVEL]
     return {
         "file": name,
         "microsurf": str(old.get("microsurf", "")),
         "level": LEVEL,
-        "figures": len(found),
+        "figures": len(moved_rows),
         "moved": sorted(moved, key=_relative, reverse=True),
         "verdicts": [
             {**_place(key), "old": before[key]["verdict"], "new": now[key]["verdict"]}

@@ -90,15 +90,15 @@ def masking_by_slope(
     if not scene.requires.roughness or rough.sigma_x == 0:
         raise ValueError("a flat scene has no slopes to bin")
     edges = student_t.slope_quantile(QUANTILES, rough.gamma)
-    made = surfaces_of(scene, seed) if surfaces is None else surfaces
-    with ThreadPoolExecutor(workers or memory.cores()) as crew:
-        seen = [_look(scene, s, edges, seed, r, crew) for r, s in enumerate(made)]
-    groups = [np.hstack([s.groups[b] for s in seen]) for b in range(len(edges) - 1)]
-    share = np.mean([s.share for s in seen], axis=0)
+    heightfields = surfaces_of(scene, seed) if surfaces is None else surfaces
+    with ThreadPoolExecutor(workers or memory.cores()) as pool:
+        by_surface = [_look(scene, s, edges, seed, r, pool) for r, s in enumerate(heightfields)]
+    groups = [np.hstack([s.groups[b] for s in by_surface]) for b in range(len(edges) - 1)]
+    share = np.mean([s.share for s in by_surface], axis=0)
     rows: list[dict[str, Any]] = []
     for t, theta in enumerate(scene.light.theta):
-        facing, measured = _units([s.beams[t] for s in seen])
-        beams = [v for s in seen for v in s.beams[t]]
+        facing, measured = _units([s.beams[t] for s in by_surface])
+        beams = [v for s in by_surface for v in s.beams[t]]
         lost = sum(v.lost for v in beams) / sum(v.rays for v in beams)
         for b in np.flatnonzero(facing.mean(axis=0) > 0):
             theory = _smith(scene, theta, *groups[b])
@@ -122,8 +122,12 @@ def masking_by_slope(
 
 def _azimuths(scene: Scene, surface: Heightfield, realisation: int) -> Array:
     """Where light comes from: as in `measure` the scene's φ, or all sides if they are one."""
-    made = surface.recipe
-    if scene.requires.azimuth or "sigma_x" not in made or made["sigma_x"] != made.get("sigma_y"):
+    recipe = surface.recipe
+    if (
+        scene.requires.azimuth
+        or "sigma_x" not in recipe
+        or recipe["sigma_x"] != recipe.get("sigma_y")
+    ):
         return np.array(scene.light.phi)
     # Golden ratio: any number of surfaces has them spread evenly over the quarter turn.
     offset = realisation * (np.sqrt(5) - 1) / 2 % 1
@@ -136,24 +140,24 @@ def _look(
     edges: Array,
     seed: int,
     realisation: int,
-    crew: ThreadPoolExecutor,
+    pool: ThreadPoolExecutor,
 ) -> _Seen:
-    made = mesh(surface)
+    surface_mesh = mesh(surface)
     rough, material = scene.roughness, scene.material
-    tile = EmbreeTile(from_heights(made.heights, made.flipped))
+    tile = EmbreeTile(from_heights(surface_mesh.heights, surface_mesh.flipped))
     facets = facets_of(tile.grid, rough.sigma_x, rough.sigma_y, edges)
     sides = _azimuths(scene, surface, realisation)
     rays = -(-RAYS // len(sides))
 
-    def beam(place: tuple[int, int]) -> Visibility:
-        sequence = np.random.SeedSequence(seed, spawn_key=(2, realisation, *place))
+    def beam(index: tuple[int, int]) -> Visibility:
+        sequence = np.random.SeedSequence(seed, spawn_key=(2, realisation, *index))
         rng = np.random.Generator(np.random.SFC64(sequence))
-        theta, phi = scene.light.theta[place[0]], float(sides[place[1]])
+        theta, phi = scene.light.theta[index[0]], float(sides[index[1]])
         return visibility(tile, facets, theta, phi, rays, rng, n=material.n, k=material.k)
 
     angles = range(len(scene.light.theta))
-    found = list(crew.map(beam, [(t, s) for t in angles for s in range(len(sides))]))
-    beams = [found[t * len(sides) : (t + 1) * len(sides)] for t in angles]
+    of_beams = list(pool.map(beam, [(t, s) for t in angles for s in range(len(sides))]))
+    beams = [of_beams[t * len(sides) : (t + 1) * len(sides)] for t in angles]
     return _Seen(*_groups(facets, rough.sigma_x, rough.sigma_y), beams)
 
 
@@ -181,7 +185,7 @@ def _units(beams: list[list[Visibility]]) -> tuple[Array, dict[str, Array]]:
     }
     if len(beams) >= _LEAST_SURFACES:
         return facing, {key: values.mean(axis=1) for key, values in batches.items()}
-    values = {key: found[0] for key, found in batches.items()}
+    values = {key: result[0] for key, result in batches.items()}
     return np.repeat(facing, len(values["g1"]), axis=0), values
 
 
@@ -213,9 +217,9 @@ def _smith(scene: Scene, theta: float, slopes: Array, numbers: Array) -> dict[st
         mirrored = reflectance(cosine, material.n, material.k)
         values = (taken, taken * g1, taken * g2, taken * g2 * mirrored)
         sums += [np.average(v.mean(axis=1), weights=numbers) for v in values]
-    facing, seen, passed, specular = sums
+    facing, visible, passed, specular = sums
     return {
-        "g1": float(seen / facing),
+        "g1": float(visible / facing),
         "g2": float(passed / facing),
         "specular": float(specular / len(sides)),
     }

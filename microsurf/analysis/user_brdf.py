@@ -156,8 +156,8 @@ def beside_theory(row: Comparison, theory: Comparison) -> BesideTheory:
 
 def _finding(interval: tuple[float, float], row: Comparison, theory: Comparison) -> str:
     if interval[0] <= _SAME and interval[1] >= -_SAME:
-        found = "as the theory"
-        return found if row.verdict == "holds" else f"{found}, which {_verb(theory)} here"
+        finding = "as the theory"
+        return finding if row.verdict == "holds" else f"{finding}, which {_verb(theory)} here"
     if row.verdict == "holds":
         return "not the theory, and holds" + ("" if theory.verdict == "holds" else "; it does not")
     if theory.verdict == "holds":
@@ -180,11 +180,11 @@ def lobes(three: Lobes, scene: Scene, quantity: str, margin: float) -> list[Lobe
     for t, theta in enumerate(scene.light.theta):
         for p, phi in enumerate(scene.light.phi):
             bins = [a.isel(theta_i=t, phi_i=p) for a in of]
-            measured, theory, own = (b.values for b in bins)
+            measured, theory, user_brdf = (b.values for b in bins)
             size = measured.sum()
             if size == 0 or theory.sum() == 0:
                 continue
-            ring, sector = np.unravel_index(np.abs(own - theory).argmax(), own.shape)
+            ring, sector = np.unravel_index(np.abs(user_brdf - theory).argmax(), user_brdf.shape)
             there = {"theta_o": int(ring), "phi_o": int(sector)}
             mean = [float(datasets.brdf(b).isel(there)) for b in bins]
             of_theory = float(np.abs(measured - theory).sum() / size)
@@ -194,8 +194,8 @@ def lobes(three: Lobes, scene: Scene, quantity: str, margin: float) -> list[Lobe
                     theta_i=theta,
                     phi_i=phi,
                     kd=kd,
-                    to_theory=float(np.abs(own - theory).sum() / theory.sum()),
-                    to_measured=float(np.abs(measured - own).sum() / size),
+                    to_theory=float(np.abs(user_brdf - theory).sum() / theory.sum()),
+                    to_measured=float(np.abs(measured - user_brdf).sum() / size),
                     theory_to_measured=of_theory,
                     allowed=of_theory + margin,
                     theta_o=float(bins[0].theta_o[there["theta_o"]]),

@@ -108,7 +108,7 @@ def validate_scene(
     """Measure, predict and compare one scene.
 
     A surface that comes from a file is compared with the STD fitted to its facet
-    slopes by maximum likelihood. ``refined``: what mesh and tile leave is measured too,
+    slopes by maximum likelihood. ``refined``: the discretisation error is measured too,
     on a dozen more surfaces, masking by facet slope, and what the models cost.
     ``surface_paths``: see `measure`. ``prepared``: what `prepare` gave, if it was asked.
     """
@@ -163,8 +163,8 @@ def validate_scene(
         terms = assemble.budget_of(cases)
     frontier = None
     if refined:
-        made = {key: (predicted[key], spent) for key, spent in seconds.items()}
-        frontier = frontier_of(theory, measured, made, seed=seed)
+        timed = {key: (predicted[key], spent) for key, spent in seconds.items()}
+        frontier = frontier_of(theory, measured, timed, seed=seed)
     roughness = theory.roughness
     comparisons = comparison.compare(measured, first, theory, all_orders)
     if fit is not None:

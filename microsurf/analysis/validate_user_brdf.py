@@ -43,21 +43,21 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
     broken = list(broken)
     rows: list[Comparison] = []
     lobes: list[Lobe] = []
-    own: dict[float, xr.Dataset] = {}
+    by_kd: dict[float, xr.Dataset] = {}
     for kd in entry.scene.material.kd:
         scene = replace(entry.scene, material=replace(entry.scene.material, kd=(kd,)))
-        predicted = own[kd] = model.predict_user_brdf(brdf, scene)
+        predicted = by_kd[kd] = model.predict_user_brdf(brdf, scene)
         names = ("total",) if predicted.attrs["orders"] == "all" else ("specular", "body")
-        found = [
+        compared = [
             user_brdf.widened(row, _error(predicted, row))
             for row in comparison.compare(entry.measured, predicted, scene, predicted)
             if row.quantity in names
         ]
         broken += _energy(predicted, scene)
         wanted = [key for key in theory if key[0] in names and key[3] == kd]
-        broken += _missing(wanted, [_key(row) for row in found])
+        broken += _missing(wanted, [_key(row) for row in compared])
         rows += [
-            user_brdf.expected_of(row, theory[_key(row)]) for row in found if _key(row) in theory
+            user_brdf.expected_of(row, theory[_key(row)]) for row in compared if _key(row) in theory
         ]
         for name in dict.fromkeys(key[0] for key in wanted):
             three = Lobes(entry.measured, theory_of(entry, name), predicted)
@@ -69,10 +69,10 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
         faults=broken + [_astray(lobe) for lobe in lobes if lobe.to_measured > lobe.allowed],
         user_brdf=UserBrdfResult(
             brdf.name,
-            next(iter(own.values())).attrs["orders"],
+            next(iter(by_kd.values())).attrs["orders"],
             [user_brdf.beside_theory(row, theory[_key(row)]) for row in rows],
             lobes,
-            own,
+            by_kd,
         ),
     )
 
@@ -80,7 +80,7 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
 def theory_of(entry: Validation, name: str) -> xr.Dataset:
     """Prediction that a quantity of the scene is held against."""
     predicted = list(entry.predicted.values())
-    of_all_orders = (found for found in predicted if found.sizes["order"] > 1)
+    of_all_orders = (result for result in predicted if result.sizes["order"] > 1)
     return next(of_all_orders, predicted[0]) if name == "total" else predicted[0]
 
 
@@ -105,7 +105,7 @@ def _energy(predicted: xr.Dataset, scene: Scene) -> list[str]:
     stray = {"body": float(predicted.attrs["stray_body"]), "specular": 0.0}
     if predicted.attrs["orders"] == "1" and not scene.requires.interface:
         stray["specular"] = float(albedo.sel(kind="specular").max())
-    found = [
+    faults = [
         f"user BRDF: a {kind} part of albedo {value:.3g} at n = {scene.material.n:g}, "
         f"Kd = {kd:g}, where there is none"
         for kind, value in stray.items()
@@ -116,15 +116,15 @@ def _energy(predicted: xr.Dataset, scene: Scene) -> list[str]:
     surplus = total * (1 - predicted.relative_error.max("part")) - 1
     if surplus.max() > _STRAY:
         worst = total.isel(surplus.argmax(["theta_i", "phi_i"]))
-        found.append(
+        faults.append(
             f"user BRDF: energy: albedo {float(worst):.5g} at θ_i = {float(worst.theta_i):g}, "
             f"φ_i = {float(worst.phi_i):g}, Kd = {kd:g}, must be ≤ 1"
         )
-    return found
+    return faults
 
 
-def _missing(wanted: list[Key], found: list[Key]) -> list[str]:
-    return [f"user BRDF: no {_place(key)}" for key in wanted if key not in found]
+def _missing(wanted: list[Key], present: list[Key]) -> list[str]:
+    return [f"user BRDF: no {_place(key)}" for key in wanted if key not in present]
 
 
 def _astray(lobe: Lobe) -> str:

@@ -1,4 +1,4 @@
-"""microsurf advise: the cheapest rung that is good enough for a scene."""
+"""microsurf advise: the cheapest method that is good enough for a scene."""
 
 from pathlib import Path
 from typing import Any
@@ -40,39 +40,39 @@ def advise_command(
 
     Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
     """
-    asked = toml.read(scene)
-    stated = check_tail(asked, allow_truncated_tail)
-    found = advise(asked, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
+    requested = toml.read(scene)
+    stated = check_tail(requested, allow_truncated_tail)
+    result = advise(requested, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
     if as_json:
-        show(_values(found) | stated, as_json=True)
+        show(_values(result) | stated, as_json=True)
         return
-    write("\n".join(_lines(found)))
+    write("\n".join(_lines(result)))
 
 
-def _values(found: Recommendation) -> dict[str, Any]:
-    best = found.best
+def _values(recommendation: Recommendation) -> dict[str, Any]:
+    best = recommendation.best
     return {
-        "quantity": found.quantity,
-        "tolerance": found.tolerance,
-        "rung": found.chosen.point.name if found.chosen else None,
+        "quantity": recommendation.quantity,
+        "tolerance": recommendation.tolerance,
+        "rung": recommendation.chosen.point.name if recommendation.chosen else None,
         "best": best.point.name,
         "error": best.error.value,
         "error_ci": [best.error.low, best.error.high],
         "error_below": best.error.below,
         "seconds": best.point.seconds,
-        "alternatives": [_row(one) for one in found.tried if one is not best],
-        "not_run": found.skipped,
-        "effects": [vars(effect) for effect in found.effects],
+        "alternatives": [_row(one) for one in recommendation.tried if one is not best],
+        "not_run": recommendation.skipped,
+        "effects": [vars(effect) for effect in recommendation.effects],
         "reference": {
-            "surfaces": found.reference.surfaces,
-            "cells": found.reference.surface.cells,
-            "correlation": found.reference.surface.correlation,
-            "paths": found.reference.paths,
-            "half_width": found.reference.half_width[found.quantity],
-            "seconds": found.reference.seconds,
+            "surfaces": recommendation.reference.surfaces,
+            "cells": recommendation.reference.surface.cells,
+            "correlation": recommendation.reference.surface.correlation,
+            "paths": recommendation.reference.paths,
+            "half_width": recommendation.reference.half_width[recommendation.quantity],
+            "seconds": recommendation.reference.seconds,
         },
-        "note": found.note,
-        "total_seconds": found.seconds,
+        "note": recommendation.note,
+        "total_seconds": recommendation.seconds,
     }
 
 
@@ -87,33 +87,35 @@ def _row(one: Judged) -> dict[str, Any]:
     }
 
 
-def _lines(found: Recommendation) -> list[str]:
-    reference = found.reference
-    best = found.best
-    if found.chosen:
-        head = f"use {best.point.name}: error of the {found.quantity} {best.why}"
+def _lines(recommendation: Recommendation) -> list[str]:
+    reference = recommendation.reference
+    best = recommendation.best
+    if recommendation.chosen:
+        head = f"use {best.point.name}: error of the {recommendation.quantity} {best.why}"
     else:
-        head = f"nothing shown to hold {found.tolerance:g}; best found: {best.point.name}"
+        head = f"nothing shown to hold {recommendation.tolerance:g}; best found: {best.point.name}"
     lines = [
         f"{head}, {best.point.seconds:.3g} s an angle",
-        f"{reference.text}: ± {100 * reference.half_width[found.quantity]:.2g} %",
+        f"{reference.text}: ± {100 * reference.half_width[recommendation.quantity]:.2g} %",
     ]
-    if found.note:
-        lines.append(f"note: {found.note}")
+    if recommendation.note:
+        lines.append(f"note: {recommendation.note}")
     lines.append("\nrung, seconds an angle, error in % (95 % interval)")
-    width = max(len(one.point.name) for one in found.tried)
+    width = max(len(one.point.name) for one in recommendation.tried)
     lines += [
         f"  {one.point.name:<{width}}  {one.point.seconds:8.3g}  {100 * one.error.value:7.2f} "
         f"({100 * one.error.low:.2f} … {100 * one.error.high:.2f})  {one.verdict}"
-        for one in found.tried
+        for one in recommendation.tried
     ]
-    if found.skipped:
-        lines.append(f"not run, dearer: {', '.join(found.skipped)}")
-    if found.effects:
-        lines.append(f"\nleft out, it changes the {found.quantity} by, in % (95 % interval)")
+    if recommendation.skipped:
+        lines.append(f"not run, dearer: {', '.join(recommendation.skipped)}")
+    if recommendation.effects:
+        lines.append(
+            f"\nleft out, it changes the {recommendation.quantity} by, in % (95 % interval)"
+        )
     lines += [
         f"  {e.name:<22}  {100 * e.change:+7.2f} "
         f"({100 * e.low:+.2f} … {100 * e.high:+.2f})  {e.how}"
-        for e in found.effects
+        for e in recommendation.effects
     ]
     return lines

@@ -61,69 +61,69 @@ def convergence_command(
 
     Example: microsurf convergence my_scene.toml --effort quick
     """
-    asked = toml.read(scene)
-    check_tail(asked, allow_truncated_tail)
-    _check(asked, EFFORTS[effort].cells)
+    requested = toml.read(scene)
+    check_tail(requested, allow_truncated_tail)
+    _check(requested, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out
     make_folder(out)
-    found = converge(asked, EFFORTS[effort], seed=seed, workers=workers, progress=True)
+    result = converge(requested, EFFORTS[effort], seed=seed, workers=workers, progress=True)
     values: dict[str, Any] = {
-        "scene": scene.stem, "effort": effort, "seed": seed, **asdict(found), "out": str(out),
+        "scene": scene.stem, "effort": effort, "seed": seed, **asdict(result), "out": str(out),
     }  # fmt: skip
-    _save(found, values, out)
+    _save(result, values, out)
     if as_json:
         show(values, as_json=True)
         return
-    write("\n".join(_summary(asked, found)))
-    write(f"\nfigure: {out / 'convergence.png'}   ({found.seconds:.0f} s)")
+    write("\n".join(_summary(requested, result)))
+    write(f"\nfigure: {out / 'convergence.png'}   ({result.seconds:.0f} s)")
 
 
-def _check(asked: Scene, most: int) -> None:
+def _check(scene: Scene, most: int) -> None:
     """Refuse what would not fit, and a file that is not there, before any work."""
-    if asked.surface.file is not None:
-        check_from_file(asked, {})
-        say(notes_on_file(asked))
-    elif asked.requires.roughness:
-        cells = max(most, asked.surface.cells)
+    if scene.surface.file is not None:
+        check_from_file(scene, {})
+        say(notes_on_file(scene))
+    elif scene.requires.roughness:
+        cells = max(most, scene.surface.cells)
         memory.require(cells**2, memory.TRACE_BYTES_PER_CELL, "surface.cells")
 
 
-def _save(found: Convergence, values: dict[str, Any], out: Path) -> None:
+def _save(convergence: Convergence, values: dict[str, Any], out: Path) -> None:
     table = [
         dict.fromkeys(_COLUMNS) | {"study": study} | row
         for study in STUDIES
-        for row in getattr(found, study)
+        for row in getattr(convergence, study)
     ]
-    figure = draw(found, values["scene"])
+    figure = draw(convergence, values["scene"])
     save_study(out, "convergence", figure, rounded(table, 7), values, dpi=85)
 
 
-def _summary(asked: Scene, found: Convergence) -> list[str]:
+def _summary(scene: Scene, convergence: Convergence) -> list[str]:
     """What the scene's own settings leave, for people."""
-    surface = asked.surface
-    lines = [f"note: {found.note}"] if found.note else []
-    if found.mesh:
+    surface = scene.surface
+    lines = [f"note: {convergence.note}"] if convergence.note else []
+    if convergence.mesh:
         lines.append(
             f"What {surface.cells} cells, L = {surface.correlation:g}, {surface.realisations} "
             "realisations leave, in %: mesh and tile as differences to the finest measured "
             "(95 % interval), surfaces and rays as standard errors"
         )
     head = ["quantity", "θ_i", "φ_i", "Kd", "mesh", "tile", "surfaces", "rays"]
-    table = [head, *(_cells(row) for row in found.left)]
+    table = [head, *(_cells(row) for row in convergence.left)]
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     lines += ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in table]
-    if found.left:
-        lines.append(f"(rays: {found.left[0]['rays_paths']} paths an angle and surface)")
-    seen = [row for row in found.orders if row["order"] is not None]
-    if found.orders:
+    if convergence.left:
+        lines.append(f"(rays: {convergence.left[0]['rays_paths']} paths an angle and surface)")
+    resolved = [row for row in convergence.orders if row["order"] is not None]
+    if convergence.orders:
         lines.append(
-            f"order of convergence: known for {len(seen)} of {len(found.orders)} (differences "
-            "of at least three standard errors and one sign)"
+            f"order of convergence: known for {len(resolved)} of {len(convergence.orders)} "
+            "(differences of at least three standard errors and one sign)"
         )
     lines += [
         f"  {row['study']}, {row['quantity']}, θ_i {row['theta_i']:g}: {row['order']:.2f} "
         f"({row['low']:.2f} … {row['high']:.2f})"
-        for row in seen
+        for row in resolved
     ]
     return lines
 
@@ -138,5 +138,5 @@ def _cells(row: Row) -> list[str]:
     def error(study: str) -> str:
         return f"{100 * row[study]:.3f}" if study in row else "–"
 
-    place = [row["quantity"], *(f"{row[key]:g}" for key in ("theta_i", "phi_i", "kd"))]
-    return [*place, interval("mesh"), interval("tile"), error("realisations"), error("rays")]
+    cells = [row["quantity"], *(f"{row[key]:g}" for key in ("theta_i", "phi_i", "kd"))]
+    return [*cells, interval("mesh"), interval("tile"), error("realisations"), error("rays")]

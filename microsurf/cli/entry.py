@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def _where() -> str:
-    """Where faults are told, and how to see more of this one."""
+    """Where faults are reported, and how to see more of this one."""
     trace = f"with what {TRACEBACK}=1 prints before this line"
     try:
         links = metadata("microsurf").get_all("Project-URL") or []

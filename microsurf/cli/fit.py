@@ -46,8 +46,8 @@ def fit_command(
     of_surface = {name: given.pop(name) for name in _OF_SURFACES}
     if measured_brdf.holds_brdf(file):
         _refuse(of_surface, f"{file} is a measured BRDF")
-        asked = {name: value for name, value in given.items() if value is not None}
-        values = fit_brdf_command(file, out=out, figure=figure, **asked)
+        scene = {name: value for name, value in given.items() if value is not None}
+        values = fit_brdf_command(file, out=out, figure=figure, **scene)
         show(values if as_json else table(values), as_json)
         return
     if file.suffix.lower() not in READ_ENDINGS:

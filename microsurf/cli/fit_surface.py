@@ -18,7 +18,7 @@ FIGURES = (".png", ".pdf", ".svg")
 
 
 def fit_surface_command(
-    asked: Surface,
+    surface: Surface,
     *,
     levelled: bool,
     out: Path | None = None,
@@ -28,10 +28,10 @@ def fit_surface_command(
 
     Parameters
     ----------
-    asked : Surface
+    surface : Surface
         The file and how to read it.
     levelled : bool
-        Whether ``asked.level`` was given; else a surface that is no period of a periodic
+        Whether ``surface.level`` was given; else a surface that is no period of a periodic
         one has its quadratic taken out.
     out, figure : Path, optional
         A scene that validates the fit (.toml), and a picture. Nothing is written if the
@@ -47,13 +47,13 @@ def fit_surface_command(
         if wanted is not None:
             check_ending(wanted, *endings)
             check_writable(wanted)
-    stored = read_asked(asked)
-    form = asked.level if levelled or stored.boundary == "periodic" else "quadratic"
+    stored = read_asked(surface)
+    form = surface.level if levelled or stored.boundary == "periodic" else "quadratic"
     try:
         study = study_surface(stored, level(stored, form))
     except InputError as error:
-        raise InputError(f"{asked.file}: {error}") from error
-    text = None if out is None else to_toml(scene_of(study, asked, form, out))
+        raise InputError(f"{surface.file}: {error}") from error
+    text = None if out is None else to_toml(scene_of(study, surface, form, out))
     files = []
     if out is not None and text is not None:
         with whole_file(out) as temporary:
@@ -66,7 +66,7 @@ def fit_surface_command(
     return {**as_json(study), "files": files}
 
 
-def scene_of(study: SurfaceStudy, asked: Surface, form: str, out: Path) -> Scene:
+def scene_of(study: SurfaceStudy, surface: Surface, form: str, out: Path) -> Scene:
     """Scene that traces the surface and compares it with its own fit.
 
     Raises
@@ -81,15 +81,15 @@ def scene_of(study: SurfaceStudy, asked: Surface, form: str, out: Path) -> Scene
         roughness = Roughness(min(fit.gamma, BECKMANN), sigma)
     except InputError as error:
         raise InputError(f"{out}: no scene for this fit ({error}); fit without --out") from error
-    file = os.path.relpath(str(asked.file), out.parent)
+    file = os.path.relpath(str(surface.file), out.parent)
     axes = "" if fit.azimuth is None else f", axes at {fit.azimuth:.1f}°"
     return Scene(
         title=f"{Path(file).stem}: γ = {fit.gamma:.3g}, σ = {fit.sigma:.3g}{axes}",
         rationale="A measured surface against STD fitted to its slopes by microsurf fit.",
         roughness=roughness,
         surface=Surface(
-            file=file, spacing=asked.spacing, boundary=study.surface.boundary, level=form,
-            channel=asked.channel, voids=asked.voids, height_unit=asked.height_unit,
-            void_value=asked.void_value,
+            file=file, spacing=surface.spacing, boundary=study.surface.boundary, level=form,
+            channel=surface.channel, voids=surface.voids, height_unit=surface.height_unit,
+            void_value=surface.void_value,
         ),
     )  # fmt: skip

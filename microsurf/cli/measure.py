@@ -16,7 +16,7 @@ from ..results import albedos, datasets, detector, uncertainty
 from ..scene import Scene
 from ..surface import notes_on_file
 from ..trace import checkpoint, measure
-from ..trace.cluster import Crew, connected
+from ..trace.cluster import WorkerPool, connected
 from .options import (
     PATH,
     accuracy,
@@ -43,7 +43,12 @@ from .planned import planned
 
 @click.command("measure")
 @click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
-@click.option("--surface", "surface_file", type=PATH, help="A heightfield instead of making one.")
+@click.option(
+    "--surface",
+    "surface_file",
+    type=PATH,
+    help="Trace this heightfield instead of a generated one.",
+)
 @of_file
 @roughness
 @material
@@ -78,10 +83,10 @@ def measure_command(
     """  # noqa: D301 - click keeps the lines after \b as they are
     if given["surface_file"] is None:
         check_described(scene_file, given)
-    asked = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
-    check_from_file(asked, given)
-    stated = {**check_tail(asked, allow_truncated_tail), **say(notes_on_file(asked))}
-    memory.require_lobes(asked.surface.realisations, asked.light.angles)
+    scene = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
+    check_from_file(scene, given)
+    stated = {**check_tail(scene, allow_truncated_tail), **say(notes_on_file(scene))}
+    memory.require_lobes(scene.surface.realisations, scene.light.angles)
     parts = None
     if out is not None:
         check_ending(out, ".nc")
@@ -90,18 +95,18 @@ def measure_command(
     elif resume:
         raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
     surface_paths = None
-    if dry_run or asked.accuracy.standard_error is not None:
-        made = planned(asked, seed, workers)
+    if dry_run or scene.accuracy.standard_error is not None:
+        planned_run = planned(scene, seed, workers)
         if dry_run:
-            show(made.as_json(), as_json)
+            show(planned_run.as_json(), as_json)
             return
-        asked, surface_paths = made.begun(asked), made.scene.accuracy.paths
-    with _crew(scheduler, workers) as crew:
+        scene, surface_paths = planned_run.begun(scene), planned_run.scene.accuracy.paths
+    with _pool(scheduler, workers) as pool:
         measured = measure(
-            asked,
+            scene,
             seed=seed,
-            workers=crew.workers if crew else workers,
-            executor=crew.executor if crew else None,
+            workers=pool.workers if pool else workers,
+            executor=pool.executor if pool else None,
             keep=parts,
             resume=resume,
             surface_paths=surface_paths,
@@ -109,7 +114,7 @@ def measure_command(
         )
     paths = float(measured.paths.sum())
     values = {
-        **albedos.figures(measured, asked.material.n, asked.material.kd),
+        **albedos.figures(measured, scene.material.n, scene.material.kd),
         **albedos.losses(measured),
         "paths": int(paths),
         "light_rays": int(measured.light_rays.sum()),
@@ -121,11 +126,11 @@ def measure_command(
         "embree_ratio": measured.attrs["embree_ratio"],
         **stated,
     }
-    errors = uncertainty.as_json(measured, asked)
+    errors = uncertainty.as_json(measured, scene)
     values["errors"] = errors if as_json else _for_people(errors)
-    if asked.accuracy.standard_error is not None:
-        values |= _reached(measured, asked)
-        _say(values, asked)
+    if scene.accuracy.standard_error is not None:
+        values |= _reached(measured, scene)
+        _say(values, scene)
     if out is not None and parts is not None:
         _put(measured, out, parts)
         values["file"] = str(out)
@@ -142,7 +147,7 @@ def _for_people(errors: list[dict[str, Any]]) -> str:
 
 
 @contextmanager
-def _crew(scheduler: str | None, workers: int | None) -> Iterator[Crew | None]:
+def _pool(scheduler: str | None, workers: int | None) -> Iterator[WorkerPool | None]:
     """Workers of a cluster, or None: threads."""
     if scheduler is None:
         yield None
@@ -152,8 +157,8 @@ def _crew(scheduler: str | None, workers: int | None) -> Iterator[Crew | None]:
             f"--workers {workers} and --scheduler {scheduler}: give one of both; "
             "a cluster has the workers that were started for it"
         )
-    with connected(scheduler) as crew:
-        yield crew
+    with connected(scheduler) as pool:
+        yield pool
 
 
 def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
@@ -170,9 +175,9 @@ def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
     checkpoint.clear(parts)
 
 
-def _reached(measured: xr.Dataset, asked: Scene) -> dict[str, Any]:
+def _reached(measured: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """What a run that was asked for an error came to; lists as in `albedos.figures`."""
-    n, kds = asked.material.n, asked.material.kd
+    n, kds = scene.material.n, scene.material.kd
 
     def lobes(kd: float) -> list[float]:
         """Greater error of both lobes at each angle."""
@@ -185,7 +190,7 @@ def _reached(measured: xr.Dataset, asked: Scene) -> dict[str, Any]:
         "lobe_error": _listed([_listed(list(row)) for row in by_angle]),
         "realisations": measured.sizes["realisation"],
         "paths_by_angle": _listed(paths.astype(int).tolist()),
-        "reached": uncertainty.surplus(measured, asked) <= 1,
+        "reached": uncertainty.surplus(measured, scene) <= 1,
     }
 
 
@@ -193,9 +198,9 @@ def _listed(values: list[Any]) -> Any:
     return values[0] if len(values) == 1 else values
 
 
-def _say(values: dict[str, Any], asked: Scene) -> None:
+def _say(values: dict[str, Any], scene: Scene) -> None:
     """Tell on stderr whether the error asked for was reached."""
-    error, lobe = asked.accuracy.standard_error, asked.accuracy.lobe_error
+    error, lobe = scene.accuracy.standard_error, scene.accuracy.lobe_error
     albedo, lobes = (np.max(values[key]) for key in ("albedo_se", "lobe_error"))
     click.echo(
         f"{'reached' if values['reached'] else 'NOT reached'}: "

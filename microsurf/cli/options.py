@@ -137,9 +137,9 @@ def check_described(file: Path | None, given: dict[str, Any]) -> None:
         raise InputError("no --gamma and --sigma: give both, or a SCENE.toml")
 
 
-def check_from_file(asked: Scene, given: dict[str, Any]) -> None:
+def check_from_file(scene: Scene, given: dict[str, Any]) -> None:
     """Refuse options that a surface from a file leaves without effect, and a file not there."""
-    file = asked.surface.file
+    file = scene.surface.file
     if file is None:
         return
     check_readable(Path(file), "`microsurf surface --out FILE` writes one")
@@ -161,9 +161,9 @@ def say(notes: list[str]) -> dict[str, list[str]]:
     return {"notes": notes} if notes else {}
 
 
-def check_tail(asked: Scene, allow_truncated_tail: bool) -> dict[str, str]:
+def check_tail(scene: Scene, allow_truncated_tail: bool) -> dict[str, str]:
     """Refuse what no mesh can hold, or say on stderr what it leaves out; also for --json."""
-    left_out = tail_limit.tail_left_out(asked)
+    left_out = tail_limit.tail_left_out(scene)
     if left_out is None:
         return {}
     if not allow_truncated_tail:
@@ -216,12 +216,12 @@ def compose(file: Path | None, **given: Any) -> Scene:
     )
 
 
-def with_mesh_chosen(asked: Scene, file: Path | None, given: dict[str, Any]) -> Scene:
+def with_mesh_chosen(scene: Scene, file: Path | None, given: dict[str, Any]) -> Scene:
     """On the mesh that the accuracy takes, unless the scene file or an option names one."""
     named = {name for name in _MESH if given.get(name) is not None}
     if file is not None:
         named |= _MESH & toml.says(file, "surface")
-    return asked if named else planning.with_mesh(asked)
+    return scene if named else planning.with_mesh(scene)
 
 
 def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:

@@ -8,7 +8,7 @@ from ..scene import Scene
 
 def planned(scene: Scene, seed: int, workers: int | None, name: str = "") -> Plan:
     """Plan a measurement and tell people, under its name if it is one of several."""
-    made = plan(scene, seed=seed, workers=workers, progress=True)
-    lines = [name, *(f"  {line}" for line in made.lines())] if name else made.lines()
+    planned_run = plan(scene, seed=seed, workers=workers, progress=True)
+    lines = [name, *(f"  {line}" for line in planned_run.lines())] if name else planned_run.lines()
     click.echo("\n".join(lines), err=True)
-    return made
+    return planned_run

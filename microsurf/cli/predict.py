@@ -50,10 +50,10 @@ def predict_command(
     """
     if name != "flat":
         check_described(scene_file, given)
-    asked = compose(scene_file, **given)
-    if asked.surface.file is not None and given["sigma"] is None and name != "flat":
+    scene = compose(scene_file, **given)
+    if scene.surface.file is not None and given["sigma"] is None and name != "flat":
         raise InputError(
-            f"{scene_file}: its surface is {asked.surface.file}, of unknown roughness; give "
+            f"{scene_file}: its surface is {scene.surface.file}, of unknown roughness; give "
             "--gamma and --sigma, or `microsurf validate` fits them"
         )
     if directions is not None:
@@ -66,20 +66,20 @@ def predict_command(
             if used:
                 raise InputError(f"--directions: prints CSV of its own angles; leave out {option}")
         rng = np.random.default_rng(seed)
-        _print_directions(asked, name, directions, given["paths"] or _WALKS, rng)
+        _print_directions(scene, name, directions, given["paths"] or _WALKS, rng)
         return
     if out is not None:
         check_ending(out, ".nc")
         check_writable(out)
     begin = time.perf_counter()
     if name in model.all_orders():
-        predicted = model.walk(asked, name, seed=seed, progress=True)
+        predicted = model.walk(scene, name, seed=seed, progress=True)
     else:
-        predicted = model.predict(asked, name)
+        predicted = model.predict(scene, name)
     seconds = time.perf_counter() - begin
     values = {
         "model": name,
-        **albedos.figures(predicted, asked.material.n, asked.material.kd),
+        **albedos.figures(predicted, scene.material.n, scene.material.kd),
         "lost": albedos.losses(predicted)["lost"] if name in model.all_orders() else 0.0,
         "seconds": seconds,
     }
@@ -94,15 +94,15 @@ _WALKS = 10_000  # for each row of --directions: some 1 % of f
 
 
 def _print_directions(
-    asked: Scene, name: str, file: Path, walks: int, rng: np.random.Generator
+    scene: Scene, name: str, file: Path, walks: int, rng: np.random.Generator
 ) -> None:
     angles = _read_directions(file)
-    kd = asked.material.kd
+    kd = scene.material.kd
     if len(kd) > 1:
         raise InputError(f"--kd = {list(kd)}: with --directions give one")
     theta_i, phi_i, theta_o, phi_o = np.radians(angles).T
     i, o = model.direction(theta_i, phi_i), model.direction(theta_o, phi_o)
-    specular, body = model.Brdf(asked, name, walks).evaluate(i, o, rng)
+    specular, body = model.Brdf(scene, name, walks).evaluate(i, o, rng)
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow([*_COLUMNS, "f_specular", "f_body", "f"])

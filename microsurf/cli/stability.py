@@ -20,33 +20,33 @@ from .save import Content, save
 )
 @as_json
 def stability_command(quick: bool, out: Path, as_json: bool) -> None:
-    """Ask every law at the extremes against 50 digits, and meshes and traces at their borders.
+    """Check every formula against 50-digit arithmetic at extreme parameters, and meshes and traces.
 
     Writes stability.md, .csv and .json and a picture for each group of laws. Exit code 1 if
-    a law has fewer than 12 digits right beyond what its conditioning costs and does not say
+    a formula has fewer than 12 digits right beyond what its conditioning costs and does not say
     why, or if anything is NaN, infinite or negative.
 
     Example: microsurf stability --quick --out my_map
     """
     make_folder(out)
-    found = survey(quick=quick, progress=True)
-    values = stability_text.as_json(found) | {"quick": quick, "out": str(out)}
-    _save(found, values, out)
+    result = survey(quick=quick, progress=True)
+    values = stability_text.as_json(result) | {"quick": quick, "out": str(out)}
+    _save(result, values, out)
     if as_json:
         show(values, as_json=True)
     else:
-        write(stability_text.markdown(found))
-        write(f"\nwritten to {out}   ({found.seconds:.0f} s)")
-    if not found.sound:
+        write(stability_text.markdown(result))
+        write(f"\nwritten to {out}   ({result.seconds:.0f} s)")
+    if not result.sound:
         raise click.exceptions.Exit(1)
 
 
-def _save(found: Stability, values: dict[str, Any], out: Path) -> None:
+def _save(result: Stability, values: dict[str, Any], out: Path) -> None:
     contents: dict[str, Content] = {
-        "stability.md": stability_text.markdown(found),
-        "stability.csv": stability.rows(found),
+        "stability.md": stability_text.markdown(result),
+        "stability.csv": stability.rows(result),
         "stability.json": values,
     }
-    for group in dict.fromkeys(point.group for point in found.points):
-        contents[f"stability-{group}.png"] = stability.figure(found, group)
+    for group in dict.fromkeys(point.group for point in result.points):
+        contents[f"stability-{group}.png"] = stability.figure(result, group)
     save(out, contents, dpi=85)

@@ -39,7 +39,7 @@ def make_surface(
     check_writable(out)
     memory.require(wanted.surface.cells**2, memory.SURFACE_BYTES_PER_CELL, "--cells")
     begin = time.perf_counter()
-    made = surface.generate_surface(
+    heightfield = surface.generate_surface(
         wanted.roughness.gamma,
         wanted.roughness.sigma_x,
         wanted.roughness.sigma_y,
@@ -50,16 +50,16 @@ def make_surface(
         seed=seed,
     )
     seconds = time.perf_counter() - begin
-    surface.write_surface(made, out)
-    stated |= say(_not_held(out, made.pixel[0]))
+    surface.write_surface(heightfield, out)
+    stated |= say(_not_held(out, heightfield.pixel[0]))
     rough = wanted.roughness
-    realised = surface.surface_statistics(made, rough.gamma, rough.sigma_x, rough.sigma_y)
-    realised["realised_correlation"] = realised.pop("correlation")
+    statistics = surface.surface_statistics(heightfield, rough.gamma, rough.sigma_x, rough.sigma_y)
+    statistics["realised_correlation"] = statistics.pop("correlation")
     show(
         {
-            **{key: made.recipe[key] for key in _ASKED},
+            **{key: heightfield.recipe[key] for key in _ASKED},
             "cells": wanted.surface.cells,
-            **realised,
+            **statistics,
             "seconds": seconds,
             "file": str(out),
             **stated,

@@ -1,4 +1,4 @@
-"""microsurf tradeoff: every rung's error against its cost, on a scene."""
+"""microsurf tradeoff: every method's error against its cost, on a scene."""
 
 from pathlib import Path
 from typing import Any
@@ -29,14 +29,14 @@ def tradeoff_command(
 
     Example: microsurf tradeoff my_scene.toml
     """
-    asked = toml.read(scene)
-    check(asked)
-    stated = check_tail(asked, allow_truncated_tail)
+    requested = toml.read(scene)
+    check(requested)
+    stated = check_tail(requested, allow_truncated_tail)
     out = Path("reports/tradeoff") / scene.stem if out is None else out
     make_folder(out)
-    found = tradeoff(asked, EFFORTS[effort], seed=seed, progress=True)
+    result = tradeoff(requested, EFFORTS[effort], seed=seed, progress=True)
     values = (
-        _values(found)
+        _values(result)
         | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
         | stated
     )
@@ -44,13 +44,13 @@ def tradeoff_command(
     if as_json:
         show(values, as_json=True)
         return
-    write("\n".join(_lines(found)))
-    write(f"\nfigure: {out / 'tradeoff.png'}   ({found.seconds:.0f} s)")
+    write("\n".join(_lines(result)))
+    write(f"\nfigure: {out / 'tradeoff.png'}   ({result.seconds:.0f} s)")
 
 
-def _values(found: Tradeoff) -> dict[str, Any]:
-    table = rows(found)
-    reference = found.reference
+def _values(result: Tradeoff) -> dict[str, Any]:
+    table = rows(result)
+    reference = result.reference
     return {
         "rungs": table,
         "frontier": {
@@ -59,7 +59,7 @@ def _values(found: Tradeoff) -> dict[str, Any]:
                 for row in sorted(table, key=lambda row: row["seconds"])
                 if row["quantity"] == name and row["dominated_by"] is None
             ]
-            for name in found.points
+            for name in result.points
         },
         "within": within(table),
         "reference": {
@@ -70,7 +70,7 @@ def _values(found: Tradeoff) -> dict[str, Any]:
             "half_width": reference.half_width,
             "seconds": reference.seconds,
         },
-        "seconds": found.seconds,
+        "seconds": result.seconds,
     }
 
 
@@ -79,16 +79,16 @@ def _save(values: dict[str, Any], out: Path) -> None:
     save_study(out, "tradeoff", picture, rounded(values["rungs"], 5), values)
 
 
-def _lines(found: Tradeoff) -> list[str]:
-    reference = found.reference
+def _lines(result: Tradeoff) -> list[str]:
+    reference = result.reference
     known = ", ".join(f"{name} ± {100 * v:.2g} %" for name, v in reference.half_width.items())
     lines = [
         f"{reference.text}: {known}",
-        "seconds: of the processor, an angle; errors: the worst angle, with the rung's own noise",
+        "seconds: of the processor, an angle; errors: the worst angle, with the method's own noise",
     ]
-    width = max(len(run.method.name) for run in found.runs)
-    table = rows(found)
-    for name in found.points:
+    width = max(len(run.method.name) for run in result.runs)
+    table = rows(result)
+    for name in result.points:
         unit, scale = ("degrees", 1) if name in ("position", "width") else ("%", 100)
         lines.append(f"\n{QUANTITIES[name].split(',')[0]}, in {unit} (95 % interval)")
         mine = [row for row in table if row["quantity"] == name]

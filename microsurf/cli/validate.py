@@ -37,7 +37,7 @@ from .output import show, write
 from .planned import planned
 
 _ON_TOP = (
-    "This is the measuring alone: walks, the budget, what mesh and tile leave (--no-refine does "
+    "This is the measuring alone: walks, the budget, the discretisation error (--no-refine does "
     "without) and the report come on top."
 )
 
@@ -66,7 +66,7 @@ _ON_TOP = (
     "refined",
     default=True,
     show_default=True,
-    help="Measure what mesh and tile leave: a dozen surfaces more for each scene.",
+    help="Measure the discretisation error: a dozen surfaces more for each scene.",
 )
 @allow_truncated_tail
 @seed
@@ -92,13 +92,13 @@ def validate_command(
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
     before = None if old is None else (str(old), regression.read_report(old))
-    own = None if user_brdf is None else model.load_user_brdf(user_brdf)
-    if own is not None and not scene_files:  # a mirror's spike is no f(i, o)
-        scenes = {name: asked for name, asked in scenes.items() if model.has_values(asked)}
-    broken = {} if own is None else {k: model.examine(own, asked) for k, asked in scenes.items()}
-    for asked in scenes.values():
-        check_tail(asked, allow_truncated_tail)
-        memory.require_lobes(asked.surface.realisations, asked.light.angles)
+    brdf = None if user_brdf is None else model.load_user_brdf(user_brdf)
+    if brdf is not None and not scene_files:  # a mirror's spike is no f(i, o)
+        scenes = {name: scene for name, scene in scenes.items() if model.has_values(scene)}
+    broken = {} if brdf is None else {k: model.examine(brdf, scene) for k, scene in scenes.items()}
+    for scene in scenes.values():
+        check_tail(scene, allow_truncated_tail)
+        memory.require_lobes(scene.surface.realisations, scene.light.angles)
     begin = time.perf_counter()
     prepared = _prepared(scenes)
     if dry_run:
@@ -109,12 +109,12 @@ def validate_command(
     report.make_folders(out)  # before any work
     adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
     plans = _plans(adaptive, seed, workers)
-    scenes |= {name: plans[name].begun(asked) for name, asked in adaptive.items()}
+    scenes |= {name: plans[name].begun(scene) for name, scene in adaptive.items()}
     results = []
-    for name, asked in scenes.items():
+    for name, scene in scenes.items():
         entry = validate_scene(
             name,
-            asked,
+            scene,
             seed=seed,
             workers=workers,
             progress=True,
@@ -122,7 +122,9 @@ def validate_command(
             prepared=prepared[name],
             surface_paths=plans[name].scene.accuracy.paths if name in plans else None,
         )
-        results.append(entry if own is None else validate_user_brdf.judge(entry, own, broken[name]))
+        results.append(
+            entry if brdf is None else validate_user_brdf.judge(entry, brdf, broken[name])
+        )
     lasting = global_invariants(seed, workers, progress=True)
     # The laws are the same whatever the scene: half a minute that only the main job takes.
     stable = [] if scene_files else [stability_section.section(survey(quick=True, progress=True))]
@@ -158,27 +160,27 @@ def validate_command(
 
 def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:
     """What there is to say and to refuse of surfaces from files, before any is traced."""
-    found = {name: prepare(asked) for name, asked in scenes.items()}
-    for _, notes in found.values():
+    prepared = {name: prepare(scene) for name, scene in scenes.items()}
+    for _, notes in prepared.values():
         say(notes)
-    return found
+    return prepared
 
 
 def _costs(plans: dict[str, Plan]) -> dict[str, Any]:
     """What measuring takes; walks, budgets and the report come on top of the time."""
     return {
-        "seconds": sum(made.seconds for made in plans.values()),
-        "memory_bytes": max(made.memory for made in plans.values()),
+        "seconds": sum(plan.seconds for plan in plans.values()),
+        "memory_bytes": max(plan.memory for plan in plans.values()),
     }
 
 
 def _plans(scenes: dict[str, Scene], seed: int, workers: int | None) -> dict[str, Plan]:
-    return {name: planned(asked, seed, workers, name) for name, asked in scenes.items()}
+    return {name: planned(scene, seed, workers, name) for name, scene in scenes.items()}
 
 
 def _planned(plans: dict[str, Plan]) -> dict[str, Any]:
     """What `--dry-run --json` prints."""
-    return {"scenes": {name: made.as_json() for name, made in plans.items()}, **_costs(plans)}
+    return {"scenes": {name: plan.as_json() for name, plan in plans.items()}, **_costs(plans)}
 
 
 def _reached(results: list[Validation], adaptive: dict[str, Scene]) -> dict[str, Any]:
@@ -195,8 +197,8 @@ def _reached(results: list[Validation], adaptive: dict[str, Scene]) -> dict[str,
 
 
 def _counts(results: list[Validation]) -> dict[str, int]:
-    found = [row.verdict for entry in results for row in entry.comparisons]
-    return {word: found.count(word) for word in expectation.VERDICTS}
+    verdicts = [row.verdict for entry in results for row in entry.comparisons]
+    return {word: verdicts.count(word) for word in expectation.VERDICTS}
 
 
 def _moved(document: dict[str, Any]) -> dict[str, Any]:

@@ -44,4 +44,4 @@ def global_invariants(
             lambda: threads(seed),
         )
         bar = tqdm(steps, disable=None if progress else True, desc="invariants", unit=" steps")
-        return [found for step in bar for found in step()]
+        return [invariant for step in bar for invariant in step()]

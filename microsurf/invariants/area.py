@@ -128,12 +128,12 @@ def _gets_out(tile: Tile, origins: Array, w: Array) -> NDArray[np.bool_]:
 
 def projected_area(pool: Executor, seed: int) -> list[Invariant]:
     """Check the traced triangles and the visible area, on surfaces of SURFACES."""
-    made = [
+    grids = [
         tile_of(heights_of(generate_surface(gamma, sigma, cells=CELLS, seed=seed)))
         for gamma, sigma in SURFACES
     ]
-    whole = max(vector_area(tile.grid) for tile in made)
-    steepest = max(float(np.abs(_slopes(tile.grid)).mean()) for tile in made)
+    whole = max(vector_area(tile.grid) for tile in grids)
+    steepest = max(float(np.abs(_slopes(tile.grid)).mean()) for tile in grids)
     return [
         Invariant(
             "projected area of the traced triangles",
@@ -142,24 +142,24 @@ def projected_area(pool: Executor, seed: int) -> list[Invariant]:
             _EPS * (1 + steepest) * 2 * CELLS**2,
             "distance of the vectors per unit of mean plane; rounding of 2 · 128² sums at worst",
         ),
-        visible(pool, made, (seed, 2)),
+        visible(pool, grids, (seed, 2)),
     ]
 
 
-def visible(pool: Executor, tiles: list[EmbreeTile], place: tuple[int, ...]) -> Invariant:
+def visible(pool: Executor, tiles: list[EmbreeTile], seed_words: tuple[int, ...]) -> Invariant:
     """Σ ⟨w·m⟩ · visible area = cosθ, by rays from the surface towards the light."""
     jobs = [(k, light, run) for k in range(len(tiles)) for light in LIGHT for run in range(RUNS)]
 
     def one(job: tuple[int, tuple[float, float], int]) -> float:
         k, (theta, phi), run = job
-        rng = np.random.default_rng((*place, k, int(theta), run))
+        rng = np.random.default_rng((*seed_words, k, int(theta), run))
         return visible_area(tiles[k], theta, phi, rng)
 
-    seen = np.array(list(pool.map(one, jobs))).reshape(len(tiles), len(LIGHT), RUNS)
+    areas = np.array(list(pool.map(one, jobs))).reshape(len(tiles), len(LIGHT), RUNS)
     cosines = np.cos(np.radians([theta for theta, _ in LIGHT]))
     figures = {}
-    for (gamma, sigma), tile, found in zip(SURFACES, tiles, seen, strict=True):
-        for (theta, phi), values, cosine in zip(LIGHT, found, cosines, strict=True):
+    for (gamma, sigma), tile, of_tile in zip(SURFACES, tiles, areas, strict=True):
+        for (theta, phi), values, cosine in zip(LIGHT, of_tile, cosines, strict=True):
             key = f"γ = {gamma:g}, σ = {sigma:g}, θ = {theta:g}"
             figures[f"{key}: visible area / cosθ − 1 in %"] = 100 * (values.mean() / cosine - 1)
             error = values.std(ddof=1) / np.sqrt(RUNS)
@@ -169,7 +169,7 @@ def visible(pool: Executor, tiles: list[EmbreeTile], place: tuple[int, ...]) -> 
     return false_alarms.by_chance(
         "projected area, visible",
         "Σ ⟨w·m⟩ · G1 · area = cosθ: the facets that see the light show it what falls in",
-        [false_alarms.against(seen[:, k].T, cosine) for k, cosine in enumerate(cosines)],
+        [false_alarms.against(areas[:, k].T, cosine) for k, cosine in enumerate(cosines)],
         f"{len(tiles)} surfaces at {len(LIGHT)} angles, rays from the surface towards the light",
         figures,
     )

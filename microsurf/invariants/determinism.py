@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import MicrosurfError
-from ..model.random_walk.simulate import PIECE, walk
+from ..model.random_walk.simulate import CHUNK, walk
 from ..scene import Accuracy, Light, Scene, Surface
 from ..trace import measure
 from .invariant import Invariant
@@ -88,7 +88,7 @@ def threads(seed: int) -> Iterator[Invariant]:
         figures,
         detail,
     )
-    walks = [walk(SCENE, walks=2 * PIECE, seed=seed, workers=workers) for workers in (1, 2)]
+    walks = [walk(SCENE, walks=2 * CHUNK, seed=seed, workers=workers) for workers in (1, 2)]
     yield Invariant(
         "threads of walks",
         "the same seed gives the same bits of a walk with 1 and 2 threads",

@@ -1,4 +1,4 @@
-"""The books of one scene: where all its light is, counted in more than one way."""
+"""Energy conservation of one scene: all its light, counted in more than one way."""
 
 from collections.abc import Mapping, Sequence
 
@@ -35,9 +35,14 @@ def scene_invariants(
         Whose Kd the sums are taken at.
 
     """
-    found = [energy(measured), *walks(predicted), orders(measured, material), possible(measured)]
-    found.append(no_light_of_its_own(measured, predicted, material))
-    return [*found, closed(surfaces)] if surfaces else found
+    invariants = [
+        energy(measured),
+        *walks(predicted),
+        orders(measured, material),
+        possible(measured),
+    ]
+    invariants.append(no_light_of_its_own(measured, predicted, material))
+    return [*invariants, closed(surfaces)] if surfaces else invariants
 
 
 def energy(measured: xr.Dataset) -> Invariant:

@@ -16,7 +16,7 @@ from scipy.integrate import quad
 
 from ..model.directions import direction
 from ..model.random_walk.evaluate import evaluate_walk
-from ..model.random_walk.parameters import facet_of, law_of, stream
+from ..model.random_walk.parameters import slope_parameters, stream, walk_facet
 from ..model.random_walk.simulate import MOST_EVENTS, walk
 from ..physics import facet, fresnel
 from ..results import albedos
@@ -80,8 +80,8 @@ def walked(seed: int, workers: int | None) -> Invariant:
         scene = Scene(
             material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)), light=Light(THETAS)
         )
-        found = walk(scene, kind, walks=PATHS, seed=seed, workers=workers)
-        gaps.append(float(np.abs(albedos.quantity(found, "total", n, 1.0) - 1).max()))
+        walks = walk(scene, kind, walks=PATHS, seed=seed, workers=workers)
+        gaps.append(float(np.abs(albedos.quantity(walks, "total", n, 1.0) - 1).max()))
     return Invariant(
         "white furnace, walked",
         "albedo = 1 at Kd = 1 by both random walks, without a cap on events",
@@ -135,17 +135,17 @@ def evaluated_walk(pool: Executor, seed: int) -> Invariant:
         z = max((float(false_alarms.against(v, 1.0)) for v in values), key=abs)
         return z, float(values[0].mean() - 1)
 
-    found = list(pool.map(both, range(len(cases))))
-    worst = max(found, key=lambda pair: abs(pair[0]))
+    estimates = list(pool.map(both, range(len(cases))))
+    worst = max(estimates, key=lambda pair: abs(pair[0]))
     return false_alarms.by_chance(
         "white furnace, walk evaluated",
         "∫ f cosθ dω = 1 at Kd = 1 over all orders, f by next-event evaluation of the Smith walk",
         # Of n = 1 the worse of two: as many comparisons again.
-        [z for z, _ in found] + [0.0] * sum(case[0] == 1 for case in cases),
+        [z for z, _ in estimates] + [0.0] * sum(case[0] == 1 for case in cases),
         f"n = 1, 1.5, 2.4, three laws of slopes, θ = 0, 60, 85°, {WALKS} walks each; at n = 1 also "
         "over uniform directions by `evaluate_walk`",
         {
-            "mean of all − 1 in %": 100 * float(np.mean([gap for _, gap in found])),
+            "mean of all − 1 in %": 100 * float(np.mean([gap for _, gap in estimates])),
             "the worst − 1 in %": 100 * worst[1],
         },
     )
@@ -164,7 +164,9 @@ def furnace_values(
     scene = Scene(material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)))
     values = np.zeros(walks)
     i = direction(np.radians(theta), 0.0)
-    furnace(values, i, law_of(gamma, sigma, sigma), facet_of(scene, 1.0), stream(rng), cap)
+    furnace(
+        values, i, slope_parameters(gamma, sigma, sigma), walk_facet(scene, 1.0), stream(rng), cap
+    )
     return values
 
 

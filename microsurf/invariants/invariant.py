@@ -50,23 +50,23 @@ class Invariant:
 
 def broken(invariants: Iterable[Invariant]) -> list[str]:
     """A line for each invariant that does not hold."""
-    return [str(found) for found in invariants if not found.holds]
+    return [str(invariant) for invariant in invariants if not invariant.holds]
 
 
 def as_rows(invariants: Iterable[Invariant]) -> list[dict[str, Any]]:
     """Rows for tables and strict JSON: a value that is no finite number becomes null."""
     return [
         {
-            "name": found.name,
-            "statement": found.statement,
-            "value": _finite(found.value),
-            "tolerance": found.tolerance,
-            "holds": bool(found.holds),
-            "basis": found.basis,
-            "figures": {key: _finite(value) for key, value in found.figures.items()},
-            "detail": found.detail,
+            "name": invariant.name,
+            "statement": invariant.statement,
+            "value": _finite(invariant.value),
+            "tolerance": invariant.tolerance,
+            "holds": bool(invariant.holds),
+            "basis": invariant.basis,
+            "figures": {key: _finite(value) for key, value in invariant.figures.items()},
+            "detail": invariant.detail,
         }
-        for found in invariants
+        for invariant in invariants
     ]
 
 

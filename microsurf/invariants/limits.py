@@ -74,9 +74,9 @@ def flat(seed: int, workers: int | None) -> Iterator[Invariant]:
 
 def ring_gap(measured: Array, predicted: Array) -> float:
     """Largest difference of the light of any ring: specular, and body at unit weight."""
-    found = [lobes[0, :, 0, 0, :2].sum(axis=-1) for lobes in (measured, predicted)]
-    kinds = min(found[0].shape[1], found[1].shape[1])
-    return float(np.abs(found[0][:, :kinds] - found[1][:, :kinds]).max())
+    caps = [lobes[0, :, 0, 0, :2].sum(axis=-1) for lobes in (measured, predicted)]
+    kinds = min(caps[0].shape[1], caps[1].shape[1])
+    return float(np.abs(caps[0][:, :kinds] - caps[1][:, :kinds]).max())
 
 
 def small_roughness(seed: int, workers: int | None) -> Invariant:
@@ -106,7 +106,7 @@ def small_interface(pool: Executor, seed: int) -> list[Invariant]:
     tile = tile_of(heights_of(generate_surface(2.0, 0.5, cells=64, seed=seed)))
     without = Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
     almost = Facet(1 + 1e-9, interface=True, substrate=True, multiple_scattering=True)
-    found = [
+    lobes = [
         # Half of a split light ray's paths are its mirrored ones.
         runs(
             pool, tile, (60.0, 0.0), of, 4000 * of.branches, (seed, 4, k),
@@ -117,11 +117,11 @@ def small_interface(pool: Executor, seed: int) -> list[Invariant]:
     by_rays = false_alarms.by_chance(
         "n → 1, traced",
         "with n = 1 + 1e−9 an explicit surface reflects as one without interface",
-        false_alarms.between(*(x[:, 1:] for x in found)),
+        false_alarms.between(*(x[:, 1:] for x in lobes)),
         f"{', '.join(FEATURES[1:])}; γ = 2, σ = 0.5, θ = 60°",
         {
             f"{name}: difference in %": 100 * float(a / b - 1)
-            for name, a, b in zip(FEATURES[1:4], *(x[:, 1:4].mean(0) for x in found), strict=True)
+            for name, a, b in zip(FEATURES[1:4], *(x[:, 1:4].mean(0) for x in lobes), strict=True)
         },
     )
     lambertian = _order_1(1.0)

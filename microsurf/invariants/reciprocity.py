@@ -81,24 +81,24 @@ def skewed(seed: int) -> Array:
 
 
 def fluxes(
-    pool: Executor, tile: Tile, facet: Facet, place: tuple[int, ...], paths: int = PATHS
+    pool: Executor, tile: Tile, facet: Facet, seed_words: tuple[int, ...], paths: int = PATHS
 ) -> Array:
     """Ω(A) · flux(A → B) by run, patch A, patch B and quantity."""
 
     def run(job: tuple[int, int]) -> Array:
         number, of = job
-        rng = np.random.default_rng((*place, number, of))
+        rng = np.random.default_rng((*seed_words, number, of))
         light = np.zeros((len(detector.ORDERS), 2, detector.RINGS, detector.SECTORS))
         for theta, phi in PATCHES[of].directions(rng):
             tally = trace(tile, theta, phi, facet, paths, rng, azimuth=0.0)
             light += weighted(tally, facet.n, KD) / DIRECTIONS
-        seen = np.array(
+        flux = np.array(
             [
                 light[:, :, patch.first : patch.last][..., patch.sectors].sum((2, 3))
                 for patch in PATCHES
             ]
         )
-        parts = [seen[:, 0, 0], seen[:, 0, 1], seen[:, 1:].sum((1, 2)), seen.sum((1, 2))]
+        parts = [flux[:, 0, 0], flux[:, 0, 1], flux[:, 1:].sum((1, 2)), flux.sum((1, 2))]
         return PATCHES[of].size * np.stack(parts, axis=-1)
 
     jobs = [(number, of) for number in range(RUNS) for of in range(len(PATCHES))]
@@ -106,11 +106,11 @@ def fluxes(
     return np.array(list(pool.map(run, jobs))).reshape(shape)
 
 
-def judge(found: Array) -> Invariant:
+def judge(fluxes_by_pair: Array) -> Invariant:
     """Compare there and back for every pair of patches and every quantity."""
     pairs = list(combinations(range(len(PATCHES)), 2))
-    there = _with_sum(np.stack([found[:, a, b] for a, b in pairs], axis=1))
-    back = _with_sum(np.stack([found[:, b, a] for a, b in pairs], axis=1))
+    there = _with_sum(np.stack([fluxes_by_pair[:, a, b] for a, b in pairs], axis=1))
+    back = _with_sum(np.stack([fluxes_by_pair[:, b, a] for a, b in pairs], axis=1))
     return false_alarms.by_chance(
         "reciprocity of an explicit surface",
         "f(i, o) = f(o, i): light from one patch of the hemisphere to another, over their "

@@ -45,13 +45,13 @@ def runs(
     light: tuple[float, float],
     facet: Facet,
     paths: int,
-    place: tuple[int, ...],
+    seed_words: tuple[int, ...],
     of_one: Callable[[Tally], Array],
 ) -> Array:
-    """What ``of_one`` makes of each of RUNS tallies, shape (RUNS, …); seeded by ``place``."""
+    """What ``of_one`` makes of each of RUNS tallies, shape (RUNS, …); seeded by ``seed_words``."""
 
     def run(number: int) -> Array:
-        rng = np.random.default_rng((*place, number))
+        rng = np.random.default_rng((*seed_words, number))
         return of_one(trace(tile, float(light[0]), float(light[1]), facet, paths, rng))
 
     return np.array(list(pool.map(run, range(RUNS))))

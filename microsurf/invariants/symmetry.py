@@ -39,13 +39,13 @@ def moved(heights: Array) -> Iterator[tuple[str, EmbreeTile, float, float]]:
 
 
 def seen(
-    pool: Executor, tile: EmbreeTile, phi: float, hand: float, place: tuple[int, ...]
+    pool: Executor, tile: EmbreeTile, phi: float, hand: float, seed_words: tuple[int, ...]
 ) -> Array:
     """FEATURES by run; ``hand`` −1 exchanges left and right of the plane of incidence."""
     of_one = partial(features, n=IL.n, kd=KD)
-    found = runs(pool, tile, (LIGHT[0], phi), IL, PATHS, place, of_one)
-    found[:, FEATURES.index("sideways")] *= hand
-    return found
+    replicates = runs(pool, tile, (LIGHT[0], phi), IL, PATHS, seed_words, of_one)
+    replicates[:, FEATURES.index("sideways")] *= hand
+    return replicates
 
 
 def symmetries(pool: Executor, seed: int) -> Iterator[Invariant]:
@@ -85,15 +85,17 @@ def symmetries(pool: Executor, seed: int) -> Iterator[Invariant]:
 def unit_of_length(seed: int, workers: int | None) -> Iterator[Invariant]:
     """Heights and spacing in other units."""
     scene = Scene(light=Light((60.0,)), surface=Surface(realisations=1), accuracy=Accuracy(50_000))
-    made = generate_surface(2.0, 0.5, cells=64, seed=seed)
+    surface = generate_surface(2.0, 0.5, cells=64, seed=seed)
 
     def measured(unit: float) -> tuple[Array, float, float]:
-        found = measure(scene, [Heightfield(made.heights * unit, unit)], seed=seed, workers=workers)
+        result = measure(
+            scene, [Heightfield(surface.heights * unit, unit)], seed=seed, workers=workers
+        )
         n, kd = scene.material.n, scene.material.kd[0]
         value, error = (
-            float(of(found, "total", n, kd).item()) for of in (albedos.quantity, albedos.ray_error)
+            float(of(result, "total", n, kd).item()) for of in (albedos.quantity, albedos.ray_error)
         )
-        return found.flux.values, value, error
+        return result.flux.values, value, error
 
     base, value, error = measured(1.0)
     differ = sum(differing(measured(unit)[0], base) for unit in (2.0**-30, 2.0**10))

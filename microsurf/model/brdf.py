@@ -12,7 +12,7 @@ from ..results import detector
 from ..scene import Roughness, Scene
 from .directions import checked
 from .random_walk.evaluate import evaluate_walk
-from .random_walk.parameters import facet_of, law_of, stream
+from .random_walk.parameters import slope_parameters, stream, walk_facet
 from .random_walk.simulate import MOST_EVENTS
 from .registry import MODELS, entry_of, walk_of
 from .single_scattering import importance
@@ -118,15 +118,15 @@ class Brdf:
 
     def _walked(self, i: Array, rng: np.random.Generator) -> Sample:
         scene, rough = self.scene, self.scene.roughness
-        law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
-        of_one = facet_of(scene, scene.material.kd[0])
+        parameters = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
+        of_one = walk_facet(scene, scene.material.kd[0])
         most = MOST_EVENTS if scene.requires.multiple_scattering else 1
         run = walk_of(self.model).simulate
         state = stream(rng)
         flat_i = np.ascontiguousarray(i.reshape(-1, 3))
         exits, events = np.zeros(flat_i.shape), np.zeros((len(flat_i), 2), np.int64)
         for k, w in enumerate(flat_i):
-            run(exits[k : k + 1], events[k : k + 1], most, w, law, of_one, state)
+            run(exits[k : k + 1], events[k : k + 1], most, w, parameters, of_one, state)
         body = events[:, 1]
         # Beyond BODY_EXACT events roulette has taken the place of the weight.
         weight = np.power(of_one.survival, np.clip(body, 0, detector.BODY_EXACT))

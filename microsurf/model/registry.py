@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..physics import smith, smith_fit
 from .citation import Citation
 from .random_walk.smith_kernels import smith_next_event, smith_walk
-from .random_walk.vcavity_kernels import groove_next_event, mirrors, vcavity_walk
+from .random_walk.vcavity_kernels import mirrors, vcavity_next_event, vcavity_walk
 from .single_scattering.body_closed_form import APPROXIMATE
 from .single_scattering.facets import SMITH, Masking
 
@@ -131,7 +131,7 @@ MODELS: dict[str, Model] = {
         Model(
             "vcavity-walk", "V-cavity walk", "a random walk between both facets of a V-cavity",
             ("torrance1967", "lam2015"), "--", ">", "purple",
-            walk=Walk(vcavity_walk, groove_next_event, mirrors),
+            walk=Walk(vcavity_walk, vcavity_next_event, mirrors),
         ),
     )
 }  # fmt: skip
@@ -177,6 +177,6 @@ def walk_of(key: str, argument: str = "kind") -> Walk:
         If the key is none of one.
 
     """
-    found = entry_of(key, all_orders(), argument).walk
-    assert found is not None  # noqa: S101 - by all_orders; for the type checker
-    return found
+    result = entry_of(key, all_orders(), argument).walk
+    assert result is not None  # noqa: S101 - by all_orders; for the type checker
+    return result

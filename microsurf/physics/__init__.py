@@ -1,4 +1,4 @@
-"""The laws, one a file: arrays in, arrays out, no state.
+"""The functions of physics, one subject a file: arrays in, arrays out, no state.
 
 Directions point away from the surface and are unit vectors in the last axis of
 an array; ``i`` towards the light, ``o`` towards the detector, ``m`` the facet's

@@ -10,8 +10,10 @@ def g1(w: ArrayLike, m: ArrayLike) -> Array:
     """Masking min(1, 2 (n·m)(n·w)/(w·m)) of facets m in direction w; 0 where either turns away."""
     w, m = np.asarray(w, dtype=np.float64), np.asarray(m, dtype=np.float64)
     facing = np.sum(w * m, axis=-1)
-    seen = (facing > 0) & (w[..., 2] > 0) & (m[..., 2] > 0)
-    return np.where(seen, np.minimum(1, 2 * m[..., 2] * w[..., 2] / np.where(seen, facing, 1)), 0.0)
+    visible = (facing > 0) & (w[..., 2] > 0) & (m[..., 2] > 0)
+    return np.where(
+        visible, np.minimum(1, 2 * m[..., 2] * w[..., 2] / np.where(visible, facing, 1)), 0.0
+    )
 
 
 def g2(i: ArrayLike, o: ArrayLike, m: ArrayLike) -> Array:

@@ -63,14 +63,14 @@ def make_folders(out: Path) -> None:
 
 def slugs(names: Iterable[str]) -> list[str]:
     """Names that fit files and addresses, one for each name and no two the same."""
-    found: list[str] = []
+    names_used: list[str] = []
     for name in names:
         base = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("._-")[:80] or "scene"
         slug, number = base, 2
-        while slug.lower() in {other.lower() for other in found}:
+        while slug.lower() in {other.lower() for other in names_used}:
             slug, number = f"{base}-{number}", number + 1
-        found.append(slug)
-    return found
+        names_used.append(slug)
+    return names_used
 
 
 def attach(entries: Sequence[Validation], out: Path, seed: int) -> list[Attached]:
@@ -98,11 +98,11 @@ def attach(entries: Sequence[Validation], out: Path, seed: int) -> list[Attached
 
 def _asked(entry: Validation, folder: Path) -> str:
     """The scene as it was measured, not as it was fitted; its file is named from ``folder``."""
-    asked = from_toml(entry.measured.attrs["scene"])
-    if asked.surface.file is not None:
-        file = os.path.relpath(asked.surface.file, folder)
-        asked = replace(asked, surface=replace(asked.surface, file=Path(file).as_posix()))
-    return _ARRAY.sub(_on_one_line, to_toml(asked))
+    scene = from_toml(entry.measured.attrs["scene"])
+    if scene.surface.file is not None:
+        file = os.path.relpath(scene.surface.file, folder)
+        scene = replace(scene, surface=replace(scene.surface, file=Path(file).as_posix()))
+    return _ARRAY.sub(_on_one_line, to_toml(scene))
 
 
 def _on_one_line(array: re.Match[str]) -> str:

@@ -12,7 +12,7 @@ ALWAYS = ("microsurf", "harris2020", "virtanen2020", "hoyer2017", "hunter2007")
 """What every report uses, whatever its scenes."""
 TRACED = ("wald2014", "lam2015")
 SPREAD = ("tukey1951", "williams1962", "satterthwaite1946")
-"""Rays and surfaces told apart; there must be several surfaces."""
+"""Rays and surfaces separated; there must be several surfaces."""
 
 # The three glasses of d'Eon 2023 by (γ, σ).
 _GLASSES = {(2.81, 0.428), (2.82, 0.524), (1.8, 0.406)}
@@ -89,15 +89,15 @@ def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Ci
 
     """
     used = {*ALWAYS, *cited}
-    own: dict[str, Citation] = {}
+    current: dict[str, Citation] = {}
     for entry in entries:
         used |= of_scene(entry)
-        own |= {work.key: work for work in _of_models(entry) if isinstance(work, Citation)}
-    unknown = used - BY_KEY.keys() - own.keys()
+        current |= {work.key: work for work in _of_models(entry) if isinstance(work, Citation)}
+    unknown = used - BY_KEY.keys() - current.keys()
     if unknown:
         raise ValueError(f"not in the list of references: {sorted(unknown)}")
     listed = [reference for reference in REFERENCES if reference.key in used]
-    return listed + [work for key, work in own.items() if key not in BY_KEY]
+    return listed + [work for key, work in current.items() if key not in BY_KEY]
 
 
 def bibtex(references: Iterable[Citation]) -> str:

@@ -53,11 +53,11 @@ def of(
 
 def versions() -> dict[str, str]:
     """Installed versions of LIBRARIES; embreex is not to be had on every machine."""
-    found = {}
+    installed = {}
     for name in LIBRARIES:
         with suppress(PackageNotFoundError):
-            found[name] = version(name)
-    return found
+            installed[name] = version(name)
+    return installed
 
 
 def save(document: dict[str, Any], path: Path) -> None:

@@ -32,8 +32,8 @@ def to_junit(document: dict[str, Any]) -> str:
                 time="0",
             )
             if failure:
-                found = ET.SubElement(case, "failure", message=_text(failure), type="unexpected")
-                found.text = _text(failure)
+                element = ET.SubElement(case, "failure", message=_text(failure), type="unexpected")
+                element.text = _text(failure)
         _count(suite, scene["seconds"])
         suite.set("skipped", "0")
     _count(root, sum(scene["seconds"] for scene in document["scenes"]))

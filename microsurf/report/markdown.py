@@ -71,14 +71,14 @@ def _unexpected(scenes: list[Row]) -> str:
 
 def _notes(scenes: list[Row]) -> str:
     """What is to be known of the scenes' files."""
-    found = [f"- {_link(s)}: {_escaped(text)}" for s in scenes for text in s.get("notes", ())]
-    return _list(found[: _LINES["notes"]], len(found))
+    lines = [f"- {_link(s)}: {_escaped(text)}" for s in scenes for text in s.get("notes", ())]
+    return _list(lines[: _LINES["notes"]], len(lines))
 
 
 def _moved(baseline: Row | None) -> str:
     if baseline is None:
         return ""
-    found = [
+    table = [
         (_escaped(row["scene"]), phrases.place(row), phrases.moved(row), _percent(row))
         for row in baseline["moved"][: _LINES["moved"]]
     ]
@@ -95,7 +95,7 @@ def _moved(baseline: Row | None) -> str:
             f"(family-wise level {baseline['level']:g}), "
             f"{_many(len(baseline['verdicts']), 'verdict')} changed."
         ),
-        _table(("scene", "quantity", "figure", "by"), found, len(baseline["moved"])),
+        _table(("scene", "quantity", "figure", "by"), table, len(baseline["moved"])),
         _list(lines, len(changed)),
     ]
     return "\n\n".join(part for part in parts if part)
@@ -110,7 +110,7 @@ def _user_brdf(scenes: list[Row]) -> str:
     tried = [(s, row) for s in scenes if s["user_brdf"] for row in s["user_brdf"]["beside_theory"]]
     if not tried:
         return ""
-    found = [
+    table = [
         (
             _link(scene),
             phrases.place(row),
@@ -127,16 +127,16 @@ def _user_brdf(scenes: list[Row]) -> str:
         "scene", "quantity", "user BRDF", "theory", "user BRDF / theory − 1",
         "verdicts: user BRDF / theory", "finding",
     )  # fmt: skip
-    return f"### {_escaped(name)} against the theory\n\n" + _table(columns, found, len(tried))
+    return f"### {_escaped(name)} against the theory\n\n" + _table(columns, table, len(tried))
 
 
 def _scenes(scenes: list[Row]) -> str:
-    found = []
+    table = []
     # What is unexpected first, then in the order of the scenes.
     for scene in sorted(scenes, key=lambda s: not _bad(s))[: _LINES["scenes"]]:
         rows = scene["comparisons"]
         largest = max(rows, key=lambda row: abs(row["effect"]), default=None)
-        found.append(
+        table.append(
             (
                 ("✗ " if _bad(scene) else "✓ ") + _link(scene),
                 _counts(rows),
@@ -145,7 +145,7 @@ def _scenes(scenes: list[Row]) -> str:
             )
         )
     columns = ("scene", "verdicts", "largest effect", "time")
-    return "### Scenes\n\n" + _table(columns, found, len(scenes))
+    return "### Scenes\n\n" + _table(columns, table, len(scenes))
 
 
 def _bad(scene: Row) -> bool:

@@ -82,18 +82,18 @@ def unexpected(document: Row) -> list[str]:
 
 def movements(document: Row) -> list[str]:
     """One line for each figure that moved, verdict that changed, scene that came or went."""
-    found = document["baseline"]
-    if found is None:
+    baseline = document["baseline"]
+    if baseline is None:
         return []
     return [
         (
-            f"against {found['file']}: {len(found['moved'])} of {found['figures']} figures moved "
-            f"beyond their error, {len(found['verdicts'])} verdicts changed"
+            f"against {baseline['file']}: {len(baseline['moved'])} of {baseline['figures']} "
+            f"figures moved beyond their error, {len(baseline['verdicts'])} verdicts changed"
         ),
-        *(f"moved: {row['scene']}: {place(row)}: {moved(row)}" for row in found["moved"]),
+        *(f"moved: {row['scene']}: {place(row)}: {moved(row)}" for row in baseline["moved"]),
         *(
             f"changed: {row['scene']}: {place(row)}: {row['old']} → {row['new']}"
-            for row in found["verdicts"]
+            for row in baseline["verdicts"]
         ),
-        *(f"{word}: {text}" for word in ("appeared", "vanished") for text in found[word]),
+        *(f"{word}: {text}" for word in ("appeared", "vanished") for text in baseline[word]),
     ]

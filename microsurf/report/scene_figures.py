@@ -54,24 +54,24 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
     scene, kd = entry.scene, entry.scene.material.kd[0]
     basis = entry.comparisons[0].basis if entry.comparisons else "nothing"
     one = entry.measured.sizes["realisation"] == 1
-    found = []
+    pictures = []
     if entry.comparisons:
         compared = verdicts.rows(entry.comparisons)
         figure = verdicts.figure(compared)
         caption = _EFFECTS.format(basis=basis)
-        found.append(Picture(f"{slug}-effects", figure, caption, compared))
+        pictures.append(Picture(f"{slug}-effects", figure, caption, compared))
     curves = lobes.rows(entry.measured, entry.predicted, scene, kd)
     if curves:
         caption = _LOBES.format(kd=kd, basis=basis, bound=_BOUND if one else "")
-        found.append(Picture(f"{slug}-lobes", lobes.figure(curves), caption, curves))
+        pictures.append(Picture(f"{slug}-lobes", lobes.figure(curves), caption, curves))
     orders = albedo_by_order.rows(entry.measured, entry.predicted, scene, kd)
     if orders:
         higher = _HIGHER if any(row["order"] > 1 for row in orders) else ""
         caption = (_NO_BARS if one else _ALBEDOS).format(kd=kd, basis=basis, higher=higher)
-        found.append(Picture(f"{slug}-albedos", albedo_by_order.figure(orders), caption, orders))
+        pictures.append(Picture(f"{slug}-albedos", albedo_by_order.figure(orders), caption, orders))
     if entry.heightfield is not None:
         profile = surface.rows(entry.heightfield, scene)
         unit = "cells" if scene.surface.file is None else "unit of the file"
         figure = surface.figure(profile, scene.roughness.gamma, unit)
-        found.append(Picture(f"{slug}-surface", figure, _RELIEF, profile))
-    return found
+        pictures.append(Picture(f"{slug}-surface", figure, _RELIEF, profile))
+    return pictures

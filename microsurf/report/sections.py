@@ -33,7 +33,7 @@ _MASKING = (
     "cancel in albedos."
 )
 _EXACT = 1e-6
-"""Errors of rounding are not told apart."""
+"""Errors of rounding are not distinguished."""
 _FRONTIER = """What each model costs on this scene and how far it is off, against what was
 measured above ({reference}; that is uncertain by at most {known}, which is in every interval).
 Explicit surfaces are not among them: they would share their realisations with the reference.
@@ -82,12 +82,12 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
 
 def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[Section]:
     """Sections of the whole report."""
-    found = [
+    sections = [
         _multiplicity(entries),
         _frontiers(entries),
         _invariants(lasting, "What must hold whatever the scene"),
     ]
-    return [section for section in found if section is not None]
+    return [section for section in sections if section is not None]
 
 
 def _user_brdf(entry: Validation, slug: str) -> Section | None:
@@ -107,7 +107,7 @@ def _user_brdf(entry: Validation, slug: str) -> Section | None:
         "user-brdf",
         f"The user BRDF {entry.user_brdf.name}",
         "The verdicts of this scene are the user BRDF's. Here it is beside our own theory, so that "
-        "a fault of the user BRDF is told from a limit of the theory.",
+        "a fault of the user BRDF is distinguished from a limit of the theory.",
         (Table("User BRDF / theory − 1", beside_theory),),
         (picture,),
     )
@@ -173,12 +173,12 @@ def _frontiers(entries: Sequence[Validation]) -> Section | None:
     return Section("frontiers", "Speed against accuracy", text, (), (picture,))
 
 
-def _frontier_rows(found: Tradeoff) -> list[dict[str, Any]]:
+def _frontier_rows(tradeoff: Tradeoff) -> list[dict[str, Any]]:
     """Rows of `pareto.rows` without what a report does not measure."""
     left_out = ("seconds_evaluation", "bytes", "bytes_basis")
     return [
         {key: value for key, value in row.items() if key not in left_out}
-        for row in pareto.rows(found)
+        for row in pareto.rows(tradeoff)
     ]
 
 
@@ -222,7 +222,7 @@ def _left_out(entry: Validation) -> Section | None:
     return Section("left-out", "What leaving out costs", text, (Table("Total albedo", rows),))
 
 
-def _invariants(found: Iterable[Invariant], title: str) -> Section | None:
+def _invariants(invariants: Iterable[Invariant], title: str) -> Section | None:
     rows = [
         {
             "what": row.name,
@@ -232,7 +232,7 @@ def _invariants(found: Iterable[Invariant], title: str) -> Section | None:
             "holds": bool(row.holds),
             "basis": row.basis,
         }
-        for row in found
+        for row in invariants
     ]
     if not rows:
         return None
@@ -243,12 +243,12 @@ def _multiplicity(entries: Sequence[Validation]) -> Section | None:
     comparisons = [row for entry in entries for row in entry.comparisons]
     if not comparisons:
         return None
-    found = multiplicity.multiplicity_of(comparisons)
+    family = multiplicity.multiplicity_of(comparisons)
     text = _FAMILY.format(
-        comparisons=found.comparisons,
-        rate=found.error_rate,
-        decided=found.decided,
-        wrong=found.expected_wrong,
-        standing=found.standing,
+        comparisons=family.comparisons,
+        rate=family.error_rate,
+        decided=family.decided,
+        wrong=family.expected_wrong,
+        standing=family.standing,
     )
     return Section("family", "How many verdicts may be wrong", text)

@@ -16,12 +16,12 @@ cost is forgiven: at least {enough:g} are wanted. NaN, infinite or negative were
 Again: microsurf stability --quick --out FOLDER"""
 _CAPTION = (
     "Decimal digits right, and attainable by inputs rounded to doubles, the fewest in each cell "
-    "over the law's other coordinates: {what}. Inputs are taken as the doubles they are, so more "
+    "over its other coordinates: {what}. Inputs are taken as the doubles they are, so more "
     "may be right than rounded inputs leave."
 )
 
 
-def section(found: Stability) -> Section:
+def section(result: Stability) -> Section:
     """Return its tables and pictures."""
     functions = Table(
         "Laws and samplers, each at the place where fewest digits are kept",
@@ -37,7 +37,7 @@ def section(found: Stability) -> Section:
                 "verdict": row.verdict,
                 "note": row.note,
             }
-            for row in found.summaries
+            for row in result.summaries
         ],
         digits=3,
     )
@@ -52,26 +52,26 @@ def section(found: Stability) -> Section:
                 "verdict": row.verdict,
                 "reason": row.reason,
             }
-            for row in found.limits
+            for row in result.limits
         ],
         digits=2,
     )
-    rows = stability.rows(found)
-    groups = dict.fromkeys(point.group for point in found.points)
+    rows = stability.rows(result)
+    groups = dict.fromkeys(point.group for point in result.points)
     return Section(
         "stability",
         "How many digits are right, and where meshes and traces end",
         _TEXT.format(
             box=BOX,
             enough=ENOUGH,
-            wrong=sum(row.nan + row.infinite + row.negative for row in found.counts),
-            asked=sum(row.values for row in found.counts),
+            wrong=sum(row.nan + row.infinite + row.negative for row in result.counts),
+            asked=sum(row.values for row in result.counts),
         ),
         (functions, limits),
         tuple(
             Picture(
                 f"stability-{group}",
-                stability.figure(found, group),
+                stability.figure(result, group),
                 _CAPTION.format(what=stability.GROUPS[group]),
                 [row for row in rows if row["group"] == group],
             )

@@ -9,7 +9,7 @@ from ..stability.case import ENOUGH, DomainPoint
 from ..stability.domain import BOX, SYMBOLS, ticked
 
 
-def as_json(found: Stability) -> dict[str, Any]:
+def as_json(stability: Stability) -> dict[str, Any]:
     """Return what was found as JSON can hold it, places as text."""
     return {
         "functions": [
@@ -27,12 +27,12 @@ def as_json(found: Stability) -> dict[str, Any]:
                 "verdict": row.verdict,
                 "note": row.note,
             }
-            for row in found.summaries
+            for row in stability.summaries
         ],
-        "counts": [asdict(row) for row in found.counts],
-        "limits": [asdict(row) | {"verdict": row.verdict} for row in found.limits],
-        "sound": found.sound,
-        "seconds": found.seconds,
+        "counts": [asdict(row) for row in stability.counts],
+        "limits": [asdict(row) | {"verdict": row.verdict} for row in stability.limits],
+        "sound": stability.sound,
+        "seconds": stability.seconds,
     }
 
 
@@ -44,10 +44,10 @@ def place(point: DomainPoint) -> str:
     )
 
 
-def markdown(found: Stability) -> str:
+def markdown(stability: Stability) -> str:
     """Three tables: laws, counts, borders."""
-    wrong = sum(row.nan + row.infinite + row.negative for row in found.counts)
-    asked = sum(row.values for row in found.counts)
+    wrong = sum(row.nan + row.infinite + row.negative for row in stability.counts)
+    checked = sum(row.values for row in stability.counts)
     parts = [
         "# Stability map",
         (f"Box: {BOX}. Digits: −log10 of the relative error against 50-digit arithmetic; of a "
@@ -65,14 +65,14 @@ def markdown(found: Stability) -> str:
                     place(row.worst), f"{row.least:.1f}",
                     row.verdict + (f": {row.note}" if row.note else ""),
                 )
-                for row in found.summaries
+                for row in stability.summaries
             ),
         ),
         "## NaN, infinities, negative values",
-        f"{wrong} in {asked} values at random places and at the corners of the box.",
+        f"{wrong} in {checked} values at random places and at the corners of the box.",
         _table(
             ("function", "values", "NaN", "infinite", "negative"),
-            ((c.function, c.values, c.nan, c.infinite, c.negative) for c in found.counts),
+            ((c.function, c.values, c.nan, c.infinite, c.negative) for c in stability.counts),
         ),
         "## Borders of meshes and traces",
         _table(
@@ -80,7 +80,7 @@ def markdown(found: Stability) -> str:
             (
                 (row.border, row.checked, f"{row.value:.2g}", f"{row.limit:.0g}", row.verdict,
                  row.reason)
-                for row in found.limits
+                for row in stability.limits
             ),
         ),
     ]  # fmt: skip

@@ -1,6 +1,6 @@
 """How well a measurement is known: errors of its rays, of its surfaces, and what to buy next.
 
-The error of a mean over realisations has two parts, told apart in `components_of`: rays on one
+The error of a mean over realisations has two parts, separated in `components_of`: rays on one
 surface (*within*) and differences of surfaces (*between*). Errors of rays come from
 batches that know nothing of each other, those of a lobe's bins from its paths. On isotropic
 surfaces light comes from azimuths that are the same for every run of as many paths: what
@@ -86,8 +86,8 @@ def surplus(dataset: xr.Dataset, scene: Scene) -> float:
     Few surfaces know their own spread badly: their error is widened so that twice it
     covers what Student's t says.
     """
-    asked = scene.accuracy.standard_error or np.inf
-    asked_of_lobes = scene.accuracy.lobe_error or asked
+    target = scene.accuracy.standard_error or np.inf
+    target_of_lobes = scene.accuracy.lobe_error or target
     count = dataset.sizes["realisation"]
     widened = 1.0 if count == 1 else float(stats.t.ppf(0.975, count - 1)) / _NORMAL
     n = scene.material.n
@@ -95,7 +95,7 @@ def surplus(dataset: xr.Dataset, scene: Scene) -> float:
     for kd in scene.material.kd:
         albedo = float(albedos.standard_error(dataset, "total", n, kd).max())
         lobes = max(float(lobe_error(dataset, kind, n, kd).max()) for kind in detector.KINDS)
-        worst = max(worst, widened * albedo / asked, widened * lobes / asked_of_lobes)
+        worst = max(worst, widened * albedo / target, widened * lobes / target_of_lobes)
     return worst
 
 
@@ -122,10 +122,10 @@ def of_measurement(dataset: xr.Dataset, scene: Scene) -> list[QuantityUncertaint
     n = scene.material.n
     for name in (*albedos.QUANTITIES, *LOBES):
         for kd in scene.material.kd:
-            for place, found in _components(dataset, name, n, kd):
-                if found.mean > 0:
-                    bought = improvement(found, only=only)
-                    rows.append(QuantityUncertainty(name, *place, kd, found, bought))
+            for incidence, components in _components(dataset, name, n, kd):
+                if components.mean > 0:
+                    bought = improvement(components, only=only)
+                    rows.append(QuantityUncertainty(name, *incidence, kd, components, bought))
     return rows
 
 
@@ -158,10 +158,10 @@ def _components(
         variance = xr.DataArray(albedos.ray_error(dataset, name, n, kd) ** 2)
     for t, theta in enumerate(dataset.theta_i.values):
         for p, phi in enumerate(dataset.phi_i.values):
-            place = {"theta_i": t, "phi_i": p}
-            of_rays = variance.isel(place).values
-            batches = (dataset.batch_light.isel(place).values > 0).sum(axis=1)
+            index = {"theta_i": t, "phi_i": p}
+            of_rays = variance.isel(index).values
+            batches = (dataset.batch_light.isel(index).values > 0).sum(axis=1)
             # Paths know the variance of their bins well; a few batches that of their sum.
             dof = KNOWN if is_lobe else satterthwaite(of_rays, np.maximum(batches - 1, 1))
-            found = components_of(values.isel(place).values, of_rays, dof)
-            yield (float(theta), float(phi)), found
+            components = components_of(values.isel(index).values, of_rays, dof)
+            yield (float(theta), float(phi)), components

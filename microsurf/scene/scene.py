@@ -234,11 +234,11 @@ class Accuracy:
     def __post_init__(self) -> None:
         validators.integer("accuracy.paths", self.paths, 1, MOST_PATHS)
         for name in ("standard_error", "lobe_error"):
-            asked = getattr(self, name)
-            if asked is not None:
-                number = validators.number(f"accuracy.{name}", asked)
+            target = getattr(self, name)
+            if target is not None:
+                number = validators.number(f"accuracy.{name}", target)
                 validators.require(
-                    LEAST_ERROR <= number <= 1, f"accuracy.{name}", asked, "1e-6 … 1"
+                    LEAST_ERROR <= number <= 1, f"accuracy.{name}", target, "1e-6 … 1"
                 )
                 object.__setattr__(self, name, number)
         if self.lobe_error is not None and self.standard_error is None:

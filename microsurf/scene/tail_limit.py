@@ -16,15 +16,15 @@ def share_left_out(gamma: float, sigma: float, cells: int) -> float:
     return student_t.area_beyond(steepest, gamma, sigma)
 
 
-def tail_left_out(asked: Scene) -> str | None:
+def tail_left_out(scene: Scene) -> str | None:
     """Say what the mesh of a scene can't hold, or None within the border.
 
     Only a generated mesh has this border: a file is as it is, and σ = 0 is flat.
     """
-    gamma, sigma = asked.roughness.gamma, max(asked.roughness.sigma)
-    if asked.surface.file is not None or sigma == 0 or gamma >= LEAST_GAMMA:
+    gamma, sigma = scene.roughness.gamma, max(scene.roughness.sigma)
+    if scene.surface.file is not None or sigma == 0 or gamma >= LEAST_GAMMA:
         return None
-    cells = asked.surface.cells
+    cells = scene.surface.cells
     share = share_left_out(gamma, sigma, cells)
     return (
         f"gamma = {gamma:g}: at least {share:.0%} of the surface's area is steeper than a mesh "

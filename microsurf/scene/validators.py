@@ -19,11 +19,11 @@ def number(name: str, value: Any) -> float:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     require(plain, name, value, "a number")
     try:
-        found = float(value)
+        result = float(value)
     except OverflowError:  # a whole number beyond every float
-        found = math.inf
-    require(math.isfinite(found), name, value, "a finite number")
-    return found
+        result = math.inf
+    require(math.isfinite(result), name, value, "a finite number")
+    return result
 
 
 def integer(name: str, value: Any, low: int, high: int) -> int:

@@ -1,4 +1,4 @@
-"""The stability map: how many digits of every law are right, and where meshes and traces end."""
+"""The stability map: how many digits are right, and where meshes and traces end."""
 
 from .map import Stability, survey
 

@@ -69,8 +69,8 @@ def points(
     function: CheckedFunction, values: dict[str, tuple[float, ...]]
 ) -> Iterator[DomainPoint]:
     """Ask a law at all places of a grid, see `box`."""
-    for place in product(*(values[axis] for axis in function.axes)):
-        inputs = function.place(*place)
+    for index in product(*(values[axis] for axis in function.axes)):
+        inputs = function.place(*index)
         value = float(function.value(*inputs))
         exact = function.exact(*(real(x) for x in inputs))
         condition = digits.condition(function.exact, inputs, function.inputs)
@@ -78,7 +78,7 @@ def points(
         yield DomainPoint(
             function.name,
             function.group,
-            dict(zip(function.axes, place, strict=True)),
+            dict(zip(function.axes, index, strict=True)),
             value,
             float(exact),
             condition,

@@ -27,18 +27,18 @@ def unexplained(grid: Grid, count: int, rng: np.random.Generator) -> tuple[int, 
     vertices, faces = triangles(grid)
     corners = vertices.astype(np.float64)[faces]
     rays = _rays(grid, corners, count, rng)
-    seen = EmbreeTile(grid).intersect(*rays).triangle
+    embree_triangles = EmbreeTile(grid).intersect(*rays).triangle
     origins, directions = (part.astype(np.float64) for part in rays)
-    differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != seen)
+    differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != embree_triangles)
     shift = ROUNDINGS * 2.0**-24 * grid.reach
     left = differ
     for move in product((0, 1, -1), repeat=3):
         moved = origins[left] + shift * np.array(move)
         facet, t = first_hit(corners, moved, directions[left])
-        explained = facet == seen[left]
-        near = np.flatnonzero((facet >= 0) & (seen[left] >= 0))
+        explained = facet == embree_triangles[left]
+        near = np.flatnonzero((facet >= 0) & (embree_triangles[left] >= 0))
         point = moved[near] + t[near, None] * directions[left[near]]
-        nearest = closest_point(corners[seen[left[near]]], point)
+        nearest = closest_point(corners[embree_triangles[left[near]]], point)
         explained[near] |= np.linalg.norm(nearest - point, axis=1) <= 2 * shift
         left = left[~explained]
     return len(differ), len(left)
@@ -68,7 +68,7 @@ def first_hit(corners: Array, origins: Array, directions: Array) -> tuple[NDArra
     """
     first = corners[:, 0]
     edge_1, edge_2 = corners[:, 1] - first, corners[:, 2] - first
-    found, at = np.full(len(origins), -1, np.int32), np.full(len(origins), np.inf)
+    triangles_hit, at = np.full(len(origins), -1, np.int32), np.full(len(origins), np.inf)
     for start in range(0, len(origins), _CHUNK):
         rows = slice(start, start + _CHUNK)
         d = directions[rows, None]
@@ -83,5 +83,5 @@ def first_hit(corners: Array, origins: Array, directions: Array) -> tuple[NDArra
             met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0)
         t = np.where(met, t, np.inf)
         at[rows] = np.min(t, axis=1)
-        found[rows] = np.where(np.isfinite(at[rows]), np.argmin(t, axis=1), -1)
-    return found, at
+        triangles_hit[rows] = np.where(np.isfinite(at[rows]), np.argmin(t, axis=1), -1)
+    return triangles_hit, at

@@ -52,14 +52,14 @@ def check(cells: int, paths: int, largest: int) -> Iterator[Limit]:
 
 def _tails(cells: int) -> Iterator[Limit]:
     for gamma in _TAILS:
-        made = generate_surface(gamma, 0.5, cells=cells, seed=1)
-        found = surface_statistics(made, gamma, 0.5)
-        beyond = found["tail"]["area_beyond"]
+        surface = generate_surface(gamma, 0.5, cells=cells, seed=1)
+        statistics = surface_statistics(surface, gamma, 0.5)
+        beyond = statistics["tail"]["area_beyond"]
         least = share_left_out(gamma, 0.5, cells)
         yield Limit(
             f"γ → 3/2: {gamma:g}",
             f"KS of slopes on {cells}² cells",
-            found["ks"],
+            statistics["ks"],
             KS,
             f"{beyond:.1%} of the microsurface area is steeper than the steepest facet "
             f"(of {2 * cells**2} facets at best {least:.1%}); refused below γ = {LEAST_GAMMA:g}",
@@ -70,8 +70,8 @@ def _roughness() -> Iterator[Limit]:
     """σ is a factor of the heights and of nothing else."""
     unit = generate_surface(2.0, 1.0, cells=64, seed=1).heights
     for sigma in (0.001, 5.0):
-        made = generate_surface(2.0, sigma, cells=64, seed=1).heights
-        off = float(np.max(np.abs(made / sigma - unit)) / np.max(np.abs(unit)))
+        heights = generate_surface(2.0, sigma, cells=64, seed=1).heights
+        off = float(np.max(np.abs(heights / sigma - unit)) / np.max(np.abs(unit)))
         yield Limit(
             f"σ = {sigma:g}",
             "heights/σ against those of σ = 1",
@@ -144,13 +144,13 @@ def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Limit]:
     )
     lost = {cause: int(tally.lost[ENDS.index(cause)]) for cause in LOST}
     share = sum(lost.values()) / tally.paths
-    told = ", ".join(f"{count} {cause}" for cause, count in lost.items() if count)
+    listed = ", ".join(f"{count} {cause}" for cause, count in lost.items() if count)
     yield Limit(
         name,
         "paths lost",
         share,
         LOSSES,
-        f"of {tally.paths} paths {told or 'none'}; {tally.leaks} rays fell through an edge and "
+        f"of {tally.paths} paths {listed or 'none'}; {tally.leaks} rays fell through an edge and "
         "were sent again",
     )
 

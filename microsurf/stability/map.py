@@ -60,13 +60,13 @@ def survey(*, quick: bool, progress: bool = False) -> Stability:
     """Make the map: coarse in less than a minute on one core, or fine in several."""
     begin = time.perf_counter()
     grid = domain.QUICK if quick else domain.FULL
-    found: list[DomainPoint] = []
+    points_checked: list[DomainPoint] = []
     summaries = []
     for function in tqdm(
         (*FUNCTIONS, *SAMPLERS), desc="functions", disable=None if progress else True
     ):
         mine = list(points(function, grid))
-        found += mine
+        points_checked += mine
         summaries.append(summarise(function, mine))
     counts = sweep(24 if quick else 400, 1000, np.random.default_rng(1))
     limits = tqdm(
@@ -74,17 +74,17 @@ def survey(*, quick: bool, progress: bool = False) -> Stability:
         desc="limits",
         disable=None if progress else True,
     )
-    return Stability(found, summaries, counts, list(limits), time.perf_counter() - begin)
+    return Stability(points_checked, summaries, counts, list(limits), time.perf_counter() - begin)
 
 
-def summarise(function: CheckedFunction, found: list[DomainPoint]) -> Summary:
+def summarise(function: CheckedFunction, points_checked: list[DomainPoint]) -> Summary:
     """Return the worst place of a law, and how many fall short."""
     return Summary(
         function.name,
         function.group,
-        len(found),
-        min(found, key=lambda point: point.kept),
-        min(point.right for point in found),
-        sum(point.kept < ENOUGH for point in found),
+        len(points_checked),
+        min(points_checked, key=lambda point: point.kept),
+        min(point.right for point in points_checked),
+        sum(point.kept < ENOUGH for point in points_checked),
         function.note,
     )

@@ -29,8 +29,8 @@ def sweep(batches: int, size: int, rng: np.random.Generator) -> list[Count]:
     total: dict[str, list[int]] = {}
     for batch in range(batches):
         for name, values in _values(batch, size, rng):
-            found = np.array([values.size, *_wrong(values)])
-            total[name] = (np.array(total.get(name, [0] * 4)) + found).tolist()
+            row = np.array([values.size, *_wrong(values)])
+            total[name] = (np.array(total.get(name, [0] * 4)) + row).tolist()
     return [Count(name, *counts) for name, counts in total.items()]
 
 
@@ -71,9 +71,12 @@ def _of_slopes(
         yield f"G2, height-correlated{name}", smith.g2_height_correlated(w, o, gamma, *rough)
     yield "G1, V-cavity", vcavity.g1(w, m)
     yield "G2, V-cavity", vcavity.g2(w, o, m)
-    for name, seen in (("from above", w), ("from below", w * [1, 1, -1])):
-        yield f"projected area, {name}", visible_normals.projected_area(seen, gamma, sigma, sigma_y)
-        normals = visible_normals.sample(seen, gamma, sigma, sigma_y, rng)
+    for name, directions in (("from above", w), ("from below", w * [1, 1, -1])):
+        yield (
+            f"projected area, {name}",
+            visible_normals.projected_area(directions, gamma, sigma, sigma_y),
+        )
+        normals = visible_normals.sample(directions, gamma, sigma, sigma_y, rng)
         yield f"visible normals, {name}: m_z", normals[:, 2]
         yield f"visible normals, {name}: |m|", np.linalg.norm(normals, axis=1)
     yield "density of visible normals", visible_normals.density(w, m, gamma, sigma, sigma_y)

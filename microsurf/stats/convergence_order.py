@@ -78,8 +78,8 @@ def order(coarse: Mean, middle: Mean, fine: Mean, ratio: float = 2.0) -> Estimat
     of_first, of_second = (
         float(np.hypot(a.error, b.error)) for a, b in ((coarse, middle), (middle, fine))
     )
-    seen = abs(first) > _SEEN * of_first and abs(second) > _SEEN * of_second
-    if not seen or first * second <= 0:
+    resolved = abs(first) > _SEEN * of_first and abs(second) > _SEEN * of_second
+    if not resolved or first * second <= 0:
         return None
     value = float(np.log(first / second) / np.log(ratio))
     # ln(v₃−v₂) − ln(v₂−v₁): the middle value takes part in both, with opposite signs.

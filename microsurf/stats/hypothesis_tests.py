@@ -28,7 +28,7 @@ def z_test(values: ArrayLike, expected: ArrayLike, errors: ArrayLike) -> Array:
 
 
 def chi_square(
-    seen: ArrayLike, expected: ArrayLike, *, total_fixed: bool, least: float = LEAST
+    observed: ArrayLike, expected: ArrayLike, *, total_fixed: bool, least: float = LEAST
 ) -> float:
     """p-value of counts against expected counts (Pearson), sparse bins pooled with each other.
 
@@ -50,7 +50,7 @@ def chi_square(
         If fewer than two pooled bins are left, or totals differ though they are fixed.
 
     """
-    counts, means = (np.ravel(np.asarray(a, np.float64)) for a in (seen, expected))
+    counts, means = (np.ravel(np.asarray(a, np.float64)) for a in (observed, expected))
     if np.any((means == 0) & (counts > 0)):
         return 0.0
     order = np.argsort(means, kind="stable")

@@ -1,8 +1,8 @@
 """How far a sampled answer is from an uncertain reference: E² with its interval.
 
-x̄ is the mean of K draws of a rung that averages n of them, r̄ that of R draws of the
+x̄ is the mean of K draws of a method that averages n of them, r̄ that of R draws of the
 reference, of one component or many (the bins of a lobe); V_x and V_r their covariances,
-C = V_x/K + V_r/R that of b = x̄ − r̄. The squared error of the rung, its noise in it, is
+C = V_x/K + V_r/R that of b = x̄ − r̄. The squared error of the method, its noise in it, is
 
     E² = β² + ν²,   β² = |b|² − tr C,   ν² = tr V_x / n.
 
@@ -12,7 +12,7 @@ expectation is taken out, leaves ±z √(2 (tr C² − s⁴)(1 + 1/(R−1))) in 
 with (K−1)(tr V)²/tr V² degrees of freedom. The parts are put together by the method of
 variance estimates recovery (Zou and Donner, Statistics in Medicine 27, 2008) above; below
 both are at their least, which is wider but right also where noise hides β. With one
-component and an exact rung that is |b| ± t s.
+component and an exact method that is |b| ± t s.
 """
 
 from dataclasses import dataclass
@@ -37,53 +37,53 @@ class Interval:
     below: float
 
 
-def value(own: Array, reference: Array, draws: float) -> float:
+def value(sample: Array, reference: Array, draws: float) -> float:
     """Estimate E² without bias; below 0 where noise hides it."""
-    apart = float(((own.mean(axis=0) - reference.mean(axis=0)) ** 2).sum())
-    noise = _trace(own)
-    return apart - noise / len(own) - _trace(reference) / len(reference) + noise / draws
+    apart = float(((sample.mean(axis=0) - reference.mean(axis=0)) ** 2).sum())
+    noise = _trace(sample)
+    return apart - noise / len(sample) - _trace(reference) / len(reference) + noise / draws
 
 
 def _trace(sample: Array) -> float:
     return float(sample.var(axis=0, ddof=1).sum()) if len(sample) > 1 else 0.0
 
 
-def interval(own: Array, reference: Array, draws: float) -> Interval:
+def interval(sample: Array, reference: Array, draws: float) -> Interval:
     """E² of draws of shape (K, components) and (R, components); one own draw has no noise."""
-    shift = own.mean(axis=0) - reference.mean(axis=0)
+    shift = sample.mean(axis=0) - reference.mean(axis=0)
     length = float(np.linalg.norm(shift))
-    parts = [(s - s.mean(axis=0), len(s)) for s in (own, reference) if len(s) > 1]
+    parts = [(s - s.mean(axis=0), len(s)) for s in (sample, reference) if len(s) > 1]
     towards = shift / length if length > 0 else parts[-1][0][0] * 0
     along, dof = _along(parts, towards)
     across = sum(float((rest**2).sum()) / (count * (count - 1)) for rest, count in parts) - along
     beta2 = max(length**2 - max(across, 0.0), 0.0)
     rest = np.sqrt(2 * max(_square_trace(parts) - along**2, 0.0) * (1 + 1 / (len(reference) - 1)))
-    noise, noise_freedom = _noise(own, draws)
+    noise, noise_dof = _noise(sample, draws)
     ends = []
     for level in ((1 + CONFIDENCE) / 2, CONFIDENCE):
         half = float(stats.t.ppf(level, dof)) * np.sqrt(along)
         beta = np.sqrt(beta2)
         hidden = float(stats.norm.ppf(level)) * rest
-        quantiles = (float(stats.chi2.ppf(p, noise_freedom)) for p in (level, 1 - level))
-        least, most = (noise * noise_freedom / q for q in quantiles)
+        quantiles = (float(stats.chi2.ppf(p, noise_dof)) for p in (level, 1 - level))
+        least, most = (noise * noise_dof / q for q in quantiles)
         low = max(max(beta - half, 0.0) ** 2 - hidden, 0.0) + least
         up = np.linalg.norm([(beta + half) ** 2 - beta2, hidden, most - noise])
         ends.append((low, beta2 + noise + float(up)))
-    found = max(value(own, reference, draws), 0.0)
+    estimate = max(value(sample, reference, draws), 0.0)
     (low, high), (_, below) = ends
-    return Interval(found, min(low, found), high, below)
+    return Interval(estimate, min(low, estimate), high, below)
 
 
 def _along(parts: list[tuple[Array, int]], towards: Array) -> tuple[float, float]:
     """Variance of b along a direction, and its degrees of freedom."""
-    found = [
+    variances = [
         (float(((rest @ towards) ** 2).sum()) / (count * (count - 1)), count - 1)
         for rest, count in parts
     ]
-    total = sum(variance for variance, _ in found)
+    total = sum(variance for variance, _ in variances)
     if total == 0:
         return 0.0, 1.0
-    return total, total**2 / sum(variance**2 / free for variance, free in found)
+    return total, total**2 / sum(variance**2 / free for variance, free in variances)
 
 
 def _square_trace(parts: list[tuple[Array, int]]) -> float:
@@ -107,11 +107,11 @@ def _unbiased(scaled: Array, count: int) -> float:
     return float(max(free**2 / ((free - 1) * (free + 2)) * (square - trace2 / free), least))
 
 
-def _noise(own: Array, draws: float) -> tuple[float, float]:
+def _noise(sample: Array, draws: float) -> tuple[float, float]:
     """ν² and its degrees of freedom."""
-    count = len(own)
-    trace = _trace(own)
+    count = len(sample)
+    trace = _trace(sample)
     if trace == 0:
         return 0.0, _KNOWN
-    scaled = (own - own.mean(axis=0)) / np.sqrt(count - 1)
+    scaled = (sample - sample.mean(axis=0)) / np.sqrt(count - 1)
     return trace / draws, max((count - 1) * trace**2 / _unbiased(scaled, count), count - 1.0)

@@ -1,4 +1,4 @@
-"""Rays and surfaces told apart: a one-way analysis of variance, and what to buy next.
+"""Rays and surfaces separated: a one-way analysis of variance, and what to buy next.
 
 The mean over R surfaces has the variance (σ_b² + σ_w²)/R: σ_b is the standard deviation
 *between* surfaces, σ_w *within* one, from its finite number of rays. The spread s² of
@@ -135,32 +135,32 @@ class Improvement:
     text: str
 
 
-def improvement(found: VarianceComponents, *, only: bool = False) -> Improvement:
+def improvement(components: VarianceComponents, *, only: bool = False) -> Improvement:
     """What to buy next; ``only``: there is one surface and no other, flat or from a file.
 
     A finer mesh or a larger tile is never part of it: what they leave does not show in
     any spread, `microsurf convergence` measures it.
     """
-    if found.error == 0:
+    if components.error == 0:
         return Improvement("rays", None, None, "no error: nothing to buy")
     if only:
         return Improvement(
             "rays", 4.0, None, "4 times the rays halve it; there is one surface only"
         )
-    if found.surfaces == 1:
+    if components.surfaces == 1:
         text = "one surface does not tell what others would: trace at least 4"
         return Improvement("either", None, 4, text)
-    surfaces = 4 * found.surfaces
-    within, between = found.within**2, found.between**2
-    room = max(found.error**2 * found.surfaces, within) / 4 - between
+    surfaces = 4 * components.surfaces
+    within, between = components.within**2, components.between**2
+    room = max(components.error**2 * components.surfaces, within) / 4 - between
     rays = within / room if room > 0 and within > 0 else None
-    more = f"{surfaces} surfaces instead of {found.surfaces} halve it"
-    left = found.floor / found.error
+    more = f"{surfaces} surfaces instead of {components.surfaces} halve it"
+    left = components.floor / components.error
     if rays is None:
         text = f"{more}; rays alone leave {100 * min(left, 1):.0f} % of it"
     else:
         text = f"{rays:.3g} times the rays halve it, or {more.removesuffix(' halve it')}"
-    return Improvement(found.dominant, rays, surfaces, f"{_WHY[found.dominant]}: {text}")
+    return Improvement(components.dominant, rays, surfaces, f"{_WHY[components.dominant]}: {text}")
 
 
 _WHY = {

@@ -30,7 +30,7 @@ class Anisotropy:
     """Principal axes of the slopes.
 
     ratio ≥ 1 is σ along the steep axis over σ across it; azimuth in degrees, 0 … 180 from
-    +x, is that of the steep axis, across the grooves; p_value is that of isotropy.
+    +x, is that of the steep axis, across the furrows; p_value is that of isotropy.
     """
 
     ratio: float

@@ -39,7 +39,7 @@ _SAME = 1e-9  # relative: differences of heights round so
 _SEARCH = 24
 """Values of 1/γ at which the profile is looked at first: it may have several minima."""
 _BECKMANN_ETA = 1e-3
-"""Smallest 1/(γ−1) told from Beckmann: KS between the two is then below 3e−4."""
+"""Smallest 1/(γ−1) distinguished from Beckmann: KS between the two is then below 3e−4."""
 
 
 @dataclass(frozen=True)
@@ -168,13 +168,13 @@ def _maximise(slope2: Array, flat: int) -> tuple[float, float]:
         )
     best = int(inner[np.argmin(values[inner])])
     start[0] = _best_log_variance(slope2, etas[best], float(np.log(np.mean(slope2))))
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         negative,
         bounds=(etas[max(best - 1, 0)], etas[best + 1]),
         method="bounded",
         options={"xatol": 1e-6},
     )
-    eta = float(found.x)
+    eta = float(optimum.x)
     return eta, _best_log_variance(slope2, eta, start[0])
 
 

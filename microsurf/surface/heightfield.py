@@ -130,10 +130,10 @@ def check_layout(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
 
 def check_spacing(spacing: Any) -> float:
     """Return the spacing as a float; raise InputError unless it is a finite number > 0."""
-    found = real_array("spacing", spacing)
-    if found.shape != ():
-        raise InputError(f"spacing of shape {found.shape}: must be one number > 0")
-    value = float(found)
+    step = real_array("spacing", spacing)
+    if step.shape != ():
+        raise InputError(f"spacing of shape {step.shape}: must be one number > 0")
+    value = float(step)
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"spacing = {value}: must be a finite number > 0")
     return value

@@ -105,7 +105,7 @@ def read_surface(
     boundary : str, optional
         ``"periodic"`` (default for .npy) or ``"mirror"`` (for instruments' files). For
         .npz it replaces the one in the file. A triangle mesh whose last row and column
-        repeat the first is taken as periodic, any other as mirrored, unless told.
+        repeat the first is taken as periodic, any other as mirrored, unless stated.
     channel : str, optional
         Name or number of an instrument's channel; default the one that it calls heights.
     voids : str, optional

@@ -105,31 +105,31 @@ def marked(heights: NDArray[Any], void_value: float | None) -> Array:
     """
     values = np.array(heights, dtype=np.float64)
     if void_value is not None:
-        found = heights == heights.dtype.type(void_value)
-        if not found.any():
+        result = heights == heights.dtype.type(void_value)
+        if not result.any():
             raise InputError(f"void_value = {void_value}: no height is that; leave it out")
-        values[found] = np.nan
+        values[result] = np.nan
     suspicion = void_points.suspicious(values)
     if suspicion is not None:
         raise InputError(f"{suspicion} Say so with --void-value, or take them out")
     return values
 
 
-def _height_unit(stored: HeightMap, asked: str | None) -> tuple[float, str]:
+def _height_unit(stored: HeightMap, scene: str | None) -> tuple[float, str]:
     """Return micrometres in one of the file's heights, and the unit's name."""
     if stored.unit is not None:
-        if asked is not None and unit_named(asked) != stored.unit:
-            raise InputError(f"height_unit = {asked!r}: the file says {stored.unit}; leave it out")
+        if scene is not None and unit_named(scene) != stored.unit:
+            raise InputError(f"height_unit = {scene!r}: the file says {stored.unit}; leave it out")
         return MICROMETRES[stored.unit], stored.unit
-    if asked is None:
+    if scene is None:
         raise InputError(
             "the file does not say the unit of its heights; give --height-unit, such as nm, or "
             "0.5nm for half a nanometre a grey level"
         )
-    return height_factor(asked), asked
+    return height_factor(scene), scene
 
 
-def height_factor(asked: str) -> float:
+def height_factor(scene: str) -> float:
     """Return micrometres in a unit such as "nm" or "0.5nm".
 
     Raises
@@ -138,34 +138,34 @@ def height_factor(asked: str) -> float:
         If it is none.
 
     """
-    parts = _NUMBER_AND_UNIT.fullmatch(asked.strip())
+    parts = _NUMBER_AND_UNIT.fullmatch(scene.strip())
     if parts is None:
-        raise InputError(f"height_unit = {asked!r}: must be like nm, or 0.5nm")
+        raise InputError(f"height_unit = {scene!r}: must be like nm, or 0.5nm")
     number, name = parts.groups()
     factor = float(number or 1) * MICROMETRES[unit_named(name)]
     if not 0 < factor < np.inf:
-        raise InputError(f"height_unit = {asked!r}: its number must be finite and > 0")
+        raise InputError(f"height_unit = {scene!r}: its number must be finite and > 0")
     return factor
 
 
-def _pixel(stored: HeightMap, asked: Spacing | None) -> tuple[float, float]:
+def _pixel(stored: HeightMap, scene: Spacing | None) -> tuple[float, float]:
     """Return the pixel in µm: the file's if it is plausible, else the one asked for."""
-    given = None if asked is None else spacing_pair(asked)
-    found = None
+    given = None if scene is None else spacing_pair(scene)
+    result = None
     if stored.pixel is not None and stored.unit is not None:
         factor = MICROMETRES[stored.unit]
-        found = (stored.pixel[0] * factor, stored.pixel[1] * factor)
-    if found is not None and all(PIXELS[0] <= d <= PIXELS[1] for d in found):
-        if given is not None and not np.allclose(given, found, rtol=_SAME_SPACING, atol=0):
+        result = (stored.pixel[0] * factor, stored.pixel[1] * factor)
+    if result is not None and all(PIXELS[0] <= d <= PIXELS[1] for d in result):
+        if given is not None and not np.allclose(given, result, rtol=_SAME_SPACING, atol=0):
             raise InputError(
-                f"spacing = {given}: the file says {found[0]:g} × {found[1]:g} µm; leave it out"
+                f"spacing = {given}: the file says {result[0]:g} × {result[1]:g} µm; leave it out"
             )
-        return found
-    if given is None and found is None:
+        return result
+    if given is None and result is None:
         raise InputError("the file does not say its pixel; give --spacing in µm")
-    if given is None and found is not None:
+    if given is None and result is not None:
         raise InputError(
-            f"its pixel would be {found[0]:g} × {found[1]:g} µm; must be "
+            f"its pixel would be {result[0]:g} × {result[1]:g} µm; must be "
             f"{PIXELS[0]:g} … {PIXELS[1]:g} µm. If the file's unit is wrong, give --spacing in µm"
         )
     assert given is not None  # noqa: S101 - one of both is there

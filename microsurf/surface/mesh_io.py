@@ -145,17 +145,17 @@ def _grid_axis(values: Array, name: str) -> tuple[Indices, int, float]:
     return index.astype(np.int64), count, spacing
 
 
-def _grid_heights(place: Indices, z: Array, rows: int, columns: int) -> Array:
+def _grid_heights(index: Indices, z: Array, rows: int, columns: int) -> Array:
     # Compared before the grid is allocated: scattered points make it as large as they like.
-    full = rows * columns <= len(place)
+    full = rows * columns <= len(index)
     if full:
         heights = np.full(rows * columns, np.nan)
-        heights[place] = z
+        heights[index] = z
         full = not np.isnan(heights).any()
     if not full:
         raise InputError(f"a grid of {rows} × {columns} points with gaps; must have none")
     # An .stl has each vertex up to six times.
-    if not np.array_equal(heights[place], z):
+    if not np.array_equal(heights[index], z):
         raise InputError("several heights at one point; must be a heightfield, without overhangs")
     return heights.reshape(rows, columns)
 
@@ -174,11 +174,11 @@ def _check_faces(x: Indices, y: Indices, rows: int, columns: int) -> None:
             f"{other} of {len(x)} triangles do not split cells from (x, y) to (x+1, y+1); "
             "save the heights as .npy"
         )
-    seen = np.bincount(
+    uses = np.bincount(
         2 * (top * (columns - 1) + left) + upper, minlength=2 * (rows - 1) * (columns - 1)
     )
-    if not (seen == 1).all():
+    if not (uses == 1).all():
         raise InputError(
-            f"{int(np.count_nonzero(seen != 1))} triangles of the grid are missing or double; "
+            f"{int(np.count_nonzero(uses != 1))} triangles of the grid are missing or double; "
             "each must be there once"
         )

@@ -14,37 +14,37 @@ _STEEPER = 2.0
 correlation lengths a side, 6 % of 8."""
 
 
-def assumed(asked: Surface) -> list[str]:
+def assumed(surface: Surface) -> list[str]:
     """What is taken for granted of a file of bare heights, for people; else nothing."""
-    if asked.file is None or not asked.file.lower().endswith(".npy"):
+    if surface.file is None or not surface.file.lower().endswith(".npy"):
         return []
     taken = [
         text
         for text, given in (
-            ("spacing 1 in the unit of its heights", asked.spacing),
-            ("periodic", asked.boundary),
+            ("spacing 1 in the unit of its heights", surface.spacing),
+            ("periodic", surface.boundary),
         )
         if given is None
     ]
     if not taken:
         return []
     how = "surface.spacing and surface.boundary in the scene, or measure's --spacing and --boundary"
-    return [f"{asked.file}: bare heights, taken as {' and '.join(taken)}; say it by {how}"]
+    return [f"{surface.file}: bare heights, taken as {' and '.join(taken)}; say it by {how}"]
 
 
 def origin(h: Heightfield, name: str) -> list[str]:
     """How a measured surface was read, and what was done to it, for people."""
     told = h.provenance
-    found = []
+    result = []
     if "reader" in told:
         dx, dy = h.pixel
-        found.append(
+        result.append(
             f"{name}: {told['format']} read by {told['reader']}, channel {told['channel']!r}, "
             f"pixel {dx:.6g} × {dy:.6g} µm, heights in {told['unit_in_file']} taken to µm, "
             f"{told['orientation']}"
         )
         if dx != dy:
-            found.append(f"{name}: rays take the mean of {dx:.6g} and {dy:.6g} for its pixel")
+            result.append(f"{name}: rays take the mean of {dx:.6g} and {dy:.6g} for its pixel")
     voids = told.get("voids", {"share": 0.0})
     if voids["share"] > 0:
         done = (
@@ -52,8 +52,8 @@ def origin(h: Heightfield, name: str) -> list[str]:
             if voids["treatment"] == "crop"
             else "filled; their facets are traced, but stay out of fits and statistics"
         )
-        found.append(f"{name}: {voids['share']:.2%} of its points were not measured: {done}")
-    return found
+        result.append(f"{name}: {voids['share']:.2%} of its points were not measured: {done}")
+    return result
 
 
 def examine(h: Heightfield, name: str) -> list[str]:
@@ -79,25 +79,25 @@ def examine(h: Heightfield, name: str) -> list[str]:
             f"{name}: its median slope is {median:.3g}: must be {SLOPES[0]:g} … {SLOPES[1]:g}; "
             f"{units} Give the right spacing"
         )
-    found = []
+    notes = []
     if not _USUAL[0] <= median <= _USUAL[1]:
         word = "flat" if median < 1 else "steep"
-        found.append(f"{name}: a median slope of {median:.3g} is very {word}: {units}")
-    return found + (_seams(h, name) if h.boundary == "periodic" else [])
+        notes.append(f"{name}: a median slope of {median:.3g} is very {word}: {units}")
+    return notes + (_seams(h, name) if h.boundary == "periodic" else [])
 
 
 def _seams(h: Heightfield, name: str) -> list[str]:
     """Seams of the period that are steeper than what they join."""
-    found = []
+    notes = []
     for axis, letter, spacing in ((1, "x", h.pixel[0]), (0, "y", h.pixel[1])):
         inside = np.abs(np.diff(h.heights, axis=axis)) / spacing
         ends = np.take(h.heights, [0, -1], axis=axis)
         seam = float(np.median(np.abs(np.diff(ends, axis=axis)))) / spacing
         usual = float(np.median(inside)) or float(np.mean(inside))
         if seam > _STEEPER * usual > 0:
-            found.append(
+            notes.append(
                 f"{name}: periodic, but the seam in {letter} is {seam / usual:.3g} times as steep "
                 f"as the surface (median slope {seam:.3g}, inside {usual:.3g}) and will be traced "
                 "with it; take boundary mirror, or level a tilt"
             )
-    return found
+    return notes

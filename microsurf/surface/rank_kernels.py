@@ -81,9 +81,9 @@ def _factor(square, targets):
     """How much longer a slope of ρ² has to be; without slope it has no direction: 0."""
     if square == 0:
         return 0.0
-    place = _place(square)
-    k = place >> _SHIFT
-    return np.sqrt((targets[k, 0] + targets[k, 1] * (place & (INSIDE - 1))) / square)
+    index = _place(square)
+    k = index >> _SHIFT
+    return np.sqrt((targets[k, 0] + targets[k, 1] * (index & (INSIDE - 1))) / square)
 
 
 @compiled

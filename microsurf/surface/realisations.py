@@ -43,60 +43,60 @@ def notes_on_file(scene: Scene) -> list[str]:
 
     Empty for generated surfaces. Raises as `surfaces_of`.
     """
-    asked = scene.surface
-    if asked.file is None:
+    surface = scene.surface
+    if surface.file is None:
         return []
-    found = surface_of(scene, 0, 0)
-    return assumed(asked) + origin(found, asked.file) + examine(found, asked.file)
+    result = surface_of(scene, 0, 0)
+    return assumed(surface) + origin(result, surface.file) + examine(result, surface.file)
 
 
 def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
     """One realisation alone; a file has only one. Raises as `surfaces_of`."""
-    asked = scene.surface
-    if asked.file is not None:
-        found = level(read_asked(asked), asked.level)
-        examine(found, asked.file)
+    wanted = scene.surface
+    if wanted.file is not None:
+        surface = level(read_asked(wanted), wanted.level)
+        examine(surface, wanted.file)
         try:
-            cell_side(found)
+            cell_side(surface)
         except InputError as error:
-            raise InputError(f"{asked.file}: {error}") from error
-        return found
-    if asked.boundary == "mirror" or asked.level != "none":
+            raise InputError(f"{wanted.file}: {error}") from error
+        return surface
+    if wanted.boundary == "mirror" or wanted.level != "none":
         raise InputError(
             "surface.boundary and surface.level are for a surface.file; "
             "a generated surface is periodic and level"
         )
-    memory.require(asked.cells**2, memory.TRACE_BYTES_PER_CELL, f"surface.cells = {asked.cells}")
+    memory.require(wanted.cells**2, memory.TRACE_BYTES_PER_CELL, f"surface.cells = {wanted.cells}")
     return generate_surface(
         scene.roughness.gamma,
         scene.roughness.sigma_x,
         scene.roughness.sigma_y,
-        cells=asked.cells,
-        correlation=asked.correlation,
-        structure=asked.structure,
-        spacing=square_spacing(asked),
+        cells=wanted.cells,
+        correlation=wanted.correlation,
+        structure=wanted.structure,
+        spacing=square_spacing(wanted),
         seed=realisation_seed(seed, realisation),
     )
 
 
-def read_asked(asked: Surface) -> Heightfield:
+def read_asked(surface: Surface) -> Heightfield:
     """Read the file of a scene's surface, not levelled. Raises as `read_surface`."""
-    spacing = asked.spacing
+    spacing = surface.spacing
     return read_surface(
-        Path(str(asked.file)),
+        Path(str(surface.file)),
         (spacing[0], spacing[-1]) if isinstance(spacing, tuple) else spacing,
-        asked.boundary,
-        channel=asked.channel,
-        voids=asked.voids,
-        height_unit=asked.height_unit,
-        void_value=asked.void_value,
+        surface.boundary,
+        channel=surface.channel,
+        voids=surface.voids,
+        height_unit=surface.height_unit,
+        void_value=surface.void_value,
     )
 
 
-def square_spacing(asked: Surface) -> float:
+def square_spacing(surface: Surface) -> float:
     """Return the spacing of a generated surface; raise InputError if two are given."""
-    if isinstance(asked.spacing, tuple):
+    if isinstance(surface.spacing, tuple):
         raise InputError(
-            f"surface.spacing = {asked.spacing}: generated cells are square; give one number"
+            f"surface.spacing = {surface.spacing}: generated cells are square; give one number"
         )
-    return asked.spacing or 1.0
+    return surface.spacing or 1.0

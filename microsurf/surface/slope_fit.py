@@ -23,7 +23,7 @@ MIN_FACETS = 2 * TILES**2
 ISOTROPY_LEVEL = 0.01
 """Probability with which an isotropic surface is called one with a direction."""
 _BECKMANN_ETA = 1e-3
-"""Smallest 1/(γ−1) told from Beckmann: KS between the two is then below 3e−4."""
+"""Smallest 1/(γ−1) distinguished from Beckmann: KS between the two is then below 3e−4."""
 
 
 @dataclass(frozen=True)
@@ -74,23 +74,23 @@ def fit_slopes(h: Heightfield) -> SlopeFit:
     general = _checked(*sloping)
     cov, naive, freedom = covariance(p, q, general, measured)
     isotropy = _isotropy(general, cov, freedom)
-    found = general
+    result = general
     if isotropy > ISOTROPY_LEVEL:
-        found = maximise(*sloping, isotropic=True)
-        cov, naive, freedom = covariance(p, q, found, measured)
+        result = maximise(*sloping, isotropic=True)
+        cov, naive, freedom = covariance(p, q, result, measured)
     reach = float(stats.t.ppf(0.975, freedom))
-    jacobian = _jacobian(found.scatter)
-    sizes = _axes(found.scatter)
+    jacobian = _jacobian(result.scatter)
+    sizes = _axes(result.scatter)
     errors = reach * np.sqrt(np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T))
     by_eta, by_m = reach * np.sqrt(np.diagonal(cov)[:2])
     sigma = float(np.exp((sizes[0] + sizes[1]) / 2))
-    directed = found is general
+    directed = result is general
     if not directed:
         errors[:2] = by_m / 2  # both are σ
-    gamma = gamma_of(found.eta)
+    gamma = gamma_of(result.eta)
     return SlopeFit(
         gamma=gamma,
-        gamma_ci=(gamma_of(found.eta + by_eta), gamma_of(found.eta - by_eta)),
+        gamma_ci=(gamma_of(result.eta + by_eta), gamma_of(result.eta - by_eta)),
         sigma=sigma,
         sigma_ci=_around(sigma, by_m / 2),
         sigma_x=float(np.exp(sizes[0])),
@@ -105,14 +105,14 @@ def fit_slopes(h: Heightfield) -> SlopeFit:
         if directed
         else None,
         isotropy=isotropy,
-        ks=ks_distance(np.sqrt(np.sort(rho2(*sloping, found.scatter))), gamma),
+        ks=ks_distance(np.sqrt(np.sort(rho2(*sloping, result.scatter))), gamma),
         facets=sloping[0].size,
         effective_facets=float(sloping[0].size * naive[1, 1] / cov[1, 1]),
     )
 
 
 def gamma_of(eta: float) -> float:
-    """γ = 1 + 1/η; ∞ where it can't be told from Beckmann."""
+    """γ = 1 + 1/η; ∞ where it can't be distinguished from Beckmann."""
     return float(1 + 1 / eta) if eta > _BECKMANN_ETA else float("inf")
 
 
@@ -128,9 +128,9 @@ def _checked(p: Array, q: Array) -> Maximum:
         raise InputError(f"{p.size} facets: a fit needs {MIN_FACETS}; take a larger surface")
     flat = int(np.count_nonzero((p == 0) & (q == 0)))
     if flat <= p.size // 2:
-        found = maximise(p, q)
-        if found.eta < 0.999 * found.eta_limit:
-            return found
+        result = maximise(p, q)
+        if result.eta < 0.999 * result.eta_limit:
+            return result
     raise InputError(
         f"{flat} of {p.size} facets are exactly flat: no STD fits; a plateau, a filled gap, or "
         "heights in steps that are too coarse"
@@ -171,15 +171,15 @@ def _jacobian(scatter: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _isotropy(found: Maximum, cov: Array, freedom: float) -> float:
+def _isotropy(result: Maximum, cov: Array, freedom: float) -> float:
     """p-value of S being a multiple of the unit matrix, from its two deviations."""
-    root = np.linalg.cholesky(found.scatter)
+    root = np.linalg.cholesky(result.scatter)
 
     def deviations(s: Array) -> Array:
         return np.asarray([s[0, 0] - s[1, 1], 2 * s[0, 1]]) / float(np.trace(s))
 
     step = 1e-6
-    at = deviations(found.scatter)
+    at = deviations(result.scatter)
     jacobian = np.stack(
         [
             (deviations(root @ (np.eye(2) + step * basis) @ root.T) - at) / step

@@ -73,12 +73,12 @@ def maximise(p: Array, q: Array, *, isotropic: bool = False, eta: float | None =
             return mean, np.array([np.mean(by_eta), by_u + by_w])
         return mean, np.array([np.mean(by_eta), by_u, 2 * (eu * pq + v * qq), by_w])
 
-    found = minimize(
+    result = minimize(
         negative, [start, 0.0] if isotropic else [start, 0.0, 0.0, 0.0], jac=True,
         method="L-BFGS-B", bounds=[(low, high), *[(-20.0, 20.0)] * (1 if isotropic else 3)],
         options={"ftol": 1e-15, "gtol": 1e-9, "maxiter": 200, "maxls": 40},
     )  # fmt: skip
-    best, u, v, w = (*found.x, 0.0, found.x[1])[:4] if isotropic else found.x
+    best, u, v, w = (*result.x, 0.0, result.x[1])[:4] if isotropic else result.x
     root = np.array([[np.exp(u), 0.0], [v, np.exp(w)]])
     return Maximum(float(best), scale * np.linalg.inv(root @ root.T), limit)
 
@@ -93,7 +93,7 @@ def _kernel(rho2: Array, eta: float) -> tuple[Array, Array, Array]:
 
 
 def covariance(
-    p: Array, q: Array, found: Maximum, measured: Mask | None = None
+    p: Array, q: Array, result: Maximum, measured: Mask | None = None
 ) -> tuple[Array, Array, float]:
     """Covariance of (η, m, d, e) about a maximum, S → R exp[m+d, e; e, m−d] Rᵀ, S = R Rᵀ.
 
@@ -101,7 +101,7 @@ def covariance(
     ----------
     p, q : ndarray, shape (2, rows, columns)
         Slopes of all facets, see `heightfield.facet_slopes`.
-    found : Maximum
+    result : Maximum
         Of those that were measured.
     measured : ndarray of bool, shape (2, rows, columns), optional
         Which were.
@@ -113,7 +113,7 @@ def covariance(
         Degrees of freedom of the first, as of a quadratic form of independent tiles.
 
     """
-    root = np.linalg.cholesky(found.scatter)
+    root = np.linalg.cholesky(result.scatter)
     u, v = np.einsum("ij,j...->i...", np.linalg.inv(root), np.stack([p, q]))
     if measured is None:
         measured = np.ones(p.shape, dtype=np.bool_)
@@ -128,15 +128,15 @@ def covariance(
         ]
         return np.where(measured, np.stack(parts), 0.0)
 
-    first = score(u, v, found.eta)
+    first = score(u, v, result.eta)
     step = 1e-4
     moved = (
-        score(u, v, found.eta + step * (1 + found.eta)),
-        score(u * (1 - step / 2), v * (1 - step / 2), found.eta),
-        score(u * (1 - step / 2), v * (1 + step / 2), found.eta),
-        score(u - step / 2 * v, v - step / 2 * u, found.eta),
+        score(u, v, result.eta + step * (1 + result.eta)),
+        score(u * (1 - step / 2), v * (1 - step / 2), result.eta),
+        score(u * (1 - step / 2), v * (1 + step / 2), result.eta),
+        score(u - step / 2 * v, v - step / 2 * u, result.eta),
     )
-    sizes = (step * (1 + found.eta), step, step, step)
+    sizes = (step * (1 + result.eta), step, step, step)
     information = -np.stack(
         [(m - first).sum(axis=(1, 2, 3)) / s for m, s in zip(moved, sizes, strict=True)], axis=1
     )

@@ -66,7 +66,7 @@ def surface_statistics(
     sigma_y = sigma_x if sigma_y is None else sigma_y
     if not gamma > 1.5:
         raise InputError(f"gamma = {gamma}: must be > 1.5 (below, STD's area is infinite)")
-    realised = height_parameters(h)
+    lengths = height_parameters(h)
     p, q = facet_slopes(h)
     height_slope = _height_slope(h, p / (sigma_x or 1.0), q / (sigma_y or 1.0))
     measured = measured_facets(h)
@@ -89,7 +89,7 @@ def surface_statistics(
         "correlation": None if along_x is None or along_y is None else (along_x * along_y) ** 0.5,
         "correlation_x": along_x,
         "correlation_y": along_y,
-        **realised,
+        **lengths,
     }
 
 
@@ -127,8 +127,8 @@ def _against_std(
     rho2 = u**2 + v**2
     rho = np.sqrt(np.sort(rho2, axis=None))
     position = np.asarray(QUANTILES) * rho.size - 0.5  # rank k lies at (k+½)/N
-    realised = np.interp(position, np.arange(rho.size), rho)
-    error = realised / student_t.slope_quantile(QUANTILES, gamma) - 1
+    on_mesh = np.interp(position, np.arange(rho.size), rho)
+    error = on_mesh / student_t.slope_quantile(QUANTILES, gamma) - 1
     # A facet without slope has no azimuth.
     inverse = np.divide(1.0, rho2, out=np.zeros_like(rho2), where=rho2 > 0)
     root = np.sqrt(inverse)

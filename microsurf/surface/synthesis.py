@@ -58,9 +58,9 @@ def generate_surface(
 
     The mesh realises the distribution up to its quantile 1 − 1/(4 rows columns), at
     best: `surface_statistics` says what is left out. γ ≥ 1.75 is safe, 1.65 a stress
-    case (KS up to 3e−3 at 256²), below it the tail can't be held (`beyond`): commands
-    refuse unless told to go on, this function does not. Same seed, same bits, whatever
-    the number of threads.
+    case (KS up to 3e−3 at 256²), below it the tail can't be held (`tail_limit`):
+    commands refuse unless a truncated tail is allowed, this function does not. Same seed,
+    same bits, whatever the number of threads.
 
     Parameters
     ----------

@@ -97,25 +97,25 @@ def largest_rectangle(void: Mask) -> tuple[slice, slice]:
     one of these rectangles is the largest. O(rows) operations on rows.
     """
     columns = void.shape[1]
-    place = np.arange(columns)
+    index = np.arange(columns)
     height, left, right = np.zeros((3, columns), dtype=np.int64)
     right += columns
-    best, found = 0, (slice(0, 0), slice(0, 0))
+    best, result = 0, (slice(0, 0), slice(0, 0))
     for row, blocked in enumerate(void):
         height = np.where(blocked, 0, height + 1)
-        from_left = np.maximum.accumulate(np.where(blocked, place + 1, 0))
-        from_right = np.minimum.accumulate(np.where(blocked, place, columns)[::-1])[::-1]
+        from_left = np.maximum.accumulate(np.where(blocked, index + 1, 0))
+        from_right = np.minimum.accumulate(np.where(blocked, index, columns)[::-1])[::-1]
         left = np.where(blocked, 0, np.maximum(left, from_left))
         right = np.where(blocked, columns, np.minimum(right, from_right))
         area = height * (right - left)
         widest = int(area.argmax())
         if area[widest] > best:
             best = int(area[widest])
-            found = (
+            result = (
                 slice(row + 1 - int(height[widest]), row + 1),
                 slice(int(left[widest]), int(right[widest])),
             )
-    return found
+    return result
 
 
 def fill(heights: Array, void: Mask, pixel: tuple[float, float]) -> Array:

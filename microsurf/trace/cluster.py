@@ -21,7 +21,7 @@ RETRIES = 3
 
 
 @dataclass(frozen=True)
-class Crew:
+class WorkerPool:
     """Workers that take pieces: an executor, and how many pieces they do at once."""
 
     executor: Executor
@@ -34,7 +34,7 @@ def versions() -> tuple[str, str]:
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Crew]:
+def connected(address: str) -> Iterator[WorkerPool]:
     """Have the workers of the scheduler at ``address`` (tcp://host:port).
 
     Raises
@@ -75,7 +75,7 @@ def connected(address: str) -> Iterator[Crew]:
             ) from error
         _check_versions(address, client.run(versions, on_error="return"))
         executor = client.get_executor(pure=False, retries=RETRIES)
-        yield Crew(executor, sum(client.nthreads().values()))
+        yield WorkerPool(executor, sum(client.nthreads().values()))
 
 
 def _check_versions(address: str, found: dict[str, object]) -> None:

@@ -39,7 +39,7 @@ def test_what_a_mesh_leaves_is_what_convergence_measured(gamma):
             for row in csv.DictReader(lines)
             if (row["study"], row["quantity"]) == ("mesh", "total")
         ]
-    for length, bound in planning.MESH_LEAVES[gamma].items():
+    for length, bound in planning.MESH_ERROR[gamma].items():
         ends = [abs(float(r[k])) for r in rows for k in ("low", "high")
                 if float(r["correlation"]) == length]  # fmt: skip
         assert len(ends) == 8

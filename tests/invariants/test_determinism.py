@@ -12,7 +12,7 @@ from microsurf.scene import Accuracy
 @pytest.fixture
 def small(monkeypatch):
     monkeypatch.setattr(workers, "SCENE", replace(workers.SCENE, accuracy=Accuracy(2000)))
-    monkeypatch.setattr(workers, "PIECE", 2000)
+    monkeypatch.setattr(workers, "CHUNK", 2000)
 
 
 class Threads(ThreadPoolExecutor):

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from microsurf.model.directions import direction
 from microsurf.model.mesh_slopes.slopes import Slopes
 from microsurf.model.random_walk.facet_kernels import ABSORBED, OVER
-from microsurf.model.random_walk.parameters import facet_of
-from microsurf.model.random_walk.simulate import labelled
-from microsurf.model.random_walk.tally import Tally, tally
+from microsurf.model.random_walk.parameters import walk_facet
+from microsurf.model.random_walk.simulate import to_dataset
+from microsurf.model.random_walk.tally import WalkTally, tally_walks
 from microsurf.physics import facet, fresnel
 from microsurf.results import detector
 from microsurf.scene import Scene
@@ -69,10 +69,10 @@ def walk_realised(scene: Scene, slopes: Slopes, *, walks: int, seed: int = 0) ->
 
     ``walks`` for each angle. The scene's own roughness is not used.
     """
-    of_kernel = facet_of(scene, max(scene.material.kd))
+    of_kernel = walk_facet(scene, max(scene.material.kd))
     totals = []
     for a, (theta, phi) in enumerate((t, p) for t in scene.light.theta for p in scene.light.phi):
-        found = Tally.empty()
+        found = WalkTally.empty()
         for k in range(0, walks, _WALKS):
             sequence = np.random.SeedSequence(seed, spawn_key=(4, a, k))
             rng = np.random.Generator(np.random.SFC64(sequence))
@@ -80,9 +80,9 @@ def walk_realised(scene: Scene, slopes: Slopes, *, walks: int, seed: int = 0) ->
             count = min(_WALKS, walks - k)
             exits, events = _walk(scene, slopes, i, count, of_kernel.survival, rng)
             single = not scene.requires.multiple_scattering
-            found = found + tally(exits, events, phi, single=single)
+            found = found + tally_walks(exits, events, phi, single=single)
         totals.append(found)
-    return labelled(scene, "smith-walk", totals, of_kernel, {"seed": seed})
+    return to_dataset(scene, "smith-walk", totals, of_kernel, {"seed": seed})
 
 
 def _walk(

@@ -200,8 +200,8 @@ def test_both_ways_of_sampling_a_walk_join_without_bias(judge):
         return (o @ middle > cosine) / solid
 
     drawn = brdf.sample(np.tile(i, (count, 1)), rng)
-    lit = of_light(drawn.o) > 0
-    ours = np.where(lit, drawn.weight, 0)
+    illuminated = of_light(drawn.o) > 0
+    ours = np.where(illuminated, drawn.weight, 0)
     density = brdf.pdf(i, np.where(drawn.o[:, 2:] > 0, drawn.o, [0, 0, 1.0]))
     joined = ours * density / (density + of_light(drawn.o))
 

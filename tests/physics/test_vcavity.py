@@ -35,8 +35,8 @@ def test_half_vector_gives_torrance_and_sparrow(i, o):
     assert vcavity.g2(i, o, m) == vcavity.g2(o, i, m)
 
 
-def test_symmetric_groove():
-    """One wall of a groove at slope tanα, seen from θ in its plane: what the other leaves free.
+def test_symmetric_vcavity():
+    """One wall of a V-cavity at slope tanα, seen from θ in its plane: what the other leaves free.
 
     Nothing is hidden up to tanθ = cotα; beyond, the visible part of the wall
     ends where the ray over the opposite rim meets it.
@@ -75,7 +75,7 @@ def test_is_a_fraction(w, m):
 @pytest.mark.parametrize("gamma", [1.75, 2.0, 8.0, np.inf])
 @pytest.mark.parametrize("theta", [0.0, 30.0, 75.0])
 def test_masking_conserves_projected_area(gamma, theta):
-    """∫ G1 ⟨w, m⟩ D dm = cosθ (Heitz 2014), which this structure obeys groove by groove.
+    """∫ G1 ⟨w, m⟩ D dm = cosθ (Heitz 2014), which this structure obeys cavity by cavity.
 
     Over half the azimuths (the other half is its mirror image) and panels in ln
     slope. The kinks where masking begins cost some 1e−5.

@@ -1,4 +1,4 @@
-"""Rays and surfaces told apart: simulated measurements whose spreads are known."""
+"""Rays and surfaces separated: simulated measurements whose spreads are known."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Slopes with a direction are told from isotropic ones, along the axes or not."""
+"""Slopes with a direction are distinguished from isotropic ones, along the axes or not."""
 
 import numpy as np
 import pytest

@@ -70,9 +70,9 @@ def two_workers(tmp_path_factory):
     try:
         made.add_worker()
         made.add_worker()
-        with cluster.connected(made.address) as crew:
+        with cluster.connected(made.address) as pool:
             end = time.monotonic() + 60
-            client = crew.executor._client
+            client = pool.executor._client
             while len(client.nthreads()) < 2 and time.monotonic() < end:
                 time.sleep(0.05)
         yield made
@@ -88,9 +88,9 @@ def test_a_cluster_comes_to_the_same_bits_and_loses_nothing_with_a_worker(two_wo
     """In Python, with surfaces that are sent along; then from the command line, one killed."""
     here = measure(SCENE, workers=1)
     made = [generate_surface(2.0, 0.5, cells=64, seed=s) for s in range(2)]
-    with cluster.connected(two_workers.address) as crew:
-        assert crew.workers == 2
-        there = {"executor": crew.executor, "workers": crew.workers}
+    with cluster.connected(two_workers.address) as pool:
+        assert pool.workers == 2
+        there = {"executor": pool.executor, "workers": pool.workers}
         assert same(measure(SCENE, made, **there), measure(SCENE, made, workers=1))
     out = tmp_path / "m.nc"
     words = [*WORDS, "--realisations", "30", "--scheduler", two_workers.address, "--out", out]

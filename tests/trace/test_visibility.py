@@ -37,7 +37,7 @@ def binomial(part, rays):
     return np.sqrt(np.maximum(part * (1 - part), 1 / rays) / rays)
 
 
-def groove(steepness):
+def vcavity(steepness):
     """Grooves along y, four cells of each slope: V-cavities."""
     profile = steepness * np.array([0, 1, 2, 3, 4, 3, 2, 1.0])
     return np.tile(profile, (16, 2))
@@ -63,7 +63,7 @@ def cavity(theta, slope, towards):
 )
 def test_v_cavities_have_their_closed_form(theta, slope, judge):
     edges = np.array([0.0, slope / 2, 2 * slope, np.inf])
-    found = see(*made(groove(slope), edges), theta, seed=judge.seed(theta))
+    found = see(*made(vcavity(slope), edges), theta, seed=judge.seed(theta))
     facing, met, both = np.sum([cavity(theta, slope, s) for s in (1, -1)], axis=0)
     assert found.facing == pytest.approx([0, facing, 0], abs=1e-6)
     assert met == pytest.approx(1)  # the identity holds for the formula, too

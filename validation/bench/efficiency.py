@@ -2,7 +2,7 @@
 
 Variances are those of independent batches of as many paths on both sides, by the same
 estimator. A single figure's ratio of variances follows F if batches are normal, which sums
-over 10⁵ paths are. Bins have one ratio each, of which the median is told; its interval is
+over 10⁵ paths are. Bins have one ratio each, of which the median is given; its interval is
 by bootstrap over the batches, since neighbouring bins and mirrored ones go together.
 """
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 BRIGHT = 10
 """Paths a batch that must reach an order on both sides for it to be judged: nearly normal."""
 BRIGHT_BIN = 3
-"""The same for a bin, of which only the median over all of a lobe is told."""
+"""The same for a bin, of which only the median over all of a lobe is given."""
 CONFIDENCE = 0.95
 RESAMPLES = 400
 

@@ -20,7 +20,7 @@ from .rows import Row
 
 FOLDER = Path(__file__).parents[2] / "reports" / "bench"
 PACKAGES = ("microsurf", "mitsuba", "drjit", "embreex", "numba", "numpy")
-# Okabe and Ito's palette: told apart by the colour-blind; markers say it again.
+# Okabe and Ito's palette: distinct to the colour-blind; markers say it again.
 _STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#E69F00", "^"))
 _GROUPS = {
     "paths a second": lambda q: q == "paths a second",

@@ -16,7 +16,12 @@ from numba import njit
 
 from microsurf import model
 from microsurf.model.random_walk import evaluate
-from microsurf.model.random_walk.parameters import Facet, Law, facet_of, law_of
+from microsurf.model.random_walk.parameters import (
+    SlopeParameters,
+    WalkFacet,
+    slope_parameters,
+    walk_facet,
+)
 from microsurf.physics import facet, fresnel, smith
 from microsurf.results import albedos
 from microsurf.scene import Light, Material, Roughness, Scene
@@ -58,7 +63,7 @@ def exact_lambda(theta: float, gamma: float, sigma: float) -> Any:
     return norm * whole / x
 
 
-def law_against_mpmath(seed: int, law: str, factor: float = 1.0) -> float:
+def law_against_mpmath(seed: int, parameters: str, factor: float = 1.0) -> float:
     """F, T, r_i or Λ at three random arguments, ``factor`` times itself, against mpmath."""
     rng = np.random.default_rng(seed)
     off = 0.0
@@ -66,11 +71,11 @@ def law_against_mpmath(seed: int, law: str, factor: float = 1.0) -> float:
         for _ in range(3):
             n, mu = rng.uniform(1.1, 3), rng.uniform(0.1, 1)
             theta, gamma = rng.uniform(0.7, 1.4), rng.uniform(1.7, 10)
-            if law == "F":
+            if parameters == "F":
                 value, exact = fresnel.reflectance(mu, n), 1 - exact_transmittance(mu, n)
-            elif law == "T":
+            elif parameters == "T":
                 value, exact = fresnel.transmittance(mu, n), exact_transmittance(mu, n)
-            elif law == "r_i":
+            elif parameters == "r_i":
                 value = 1 - fresnel.external_diffuse_transmittance(n) / n**2
                 edges = [0, 1 / mp.sqrt(mp.mpf(n) ** 2 + 1), 1]
                 escape = mp.quad(lambda c, n=n: 2 * c * exact_transmittance(c, n), edges)
@@ -110,7 +115,7 @@ def direction(theta: float, phi: float) -> np.ndarray:
     return np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
 
 
-def _wrong_facet(right: Facet, defect: str) -> Facet:
+def _wrong_facet(right: WalkFacet, defect: str) -> WalkFacet:
     if defect == "F":  # at normal incidence; with it T
         root = np.sqrt(1.01) * (N - 1) / (N + 1)
         return right._replace(n=(1 + root) / (1 - root))
@@ -122,9 +127,9 @@ def _wrong_facet(right: Facet, defect: str) -> Facet:
     return right._replace(escape=escape, survival=weight)
 
 
-def _wrong_lambda(gamma: float, sigma_x: float, sigma_y: float) -> Law:
-    law = law_of(gamma, sigma_x, sigma_y)
-    return law._replace(table=law.table * 1.01)
+def _wrong_lambda(gamma: float, sigma_x: float, sigma_y: float) -> SlopeParameters:
+    parameters = slope_parameters(gamma, sigma_x, sigma_y)
+    return parameters._replace(table=parameters.table * 1.01)
 
 
 @cache
@@ -136,13 +141,13 @@ def _quadrature() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def walk_against_quadrature(seed: int, defect: str = "") -> float:
     """Order 1 of the Smith walk for four pairs, specular and body, against the integral."""
     i, o, exact = _quadrature()
-    law = _wrong_lambda if defect == "Λ" else law_of
+    parameters = _wrong_lambda if defect == "Λ" else slope_parameters
 
-    def of_facet(scene: Scene, kd: float) -> Facet:
-        right = facet_of(scene, kd)
+    def of_facet(scene: Scene, kd: float) -> WalkFacet:
+        right = walk_facet(scene, kd)
         return _wrong_facet(right, defect) if defect in {"F", "T", "r_i"} else right
 
-    with patch.multiple(evaluate, law_of=law, facet_of=of_facet):
+    with patch.multiple(evaluate, slope_parameters=parameters, walk_facet=of_facet):
         rng = np.random.default_rng(seed)
         f, se = evaluate.evaluate_walk(SMITH, i, o, "smith-walk", WALKS, rng, (1, 1))
     # The table of Λ is good to 1e−10: 1e−9 covers what it leaves.

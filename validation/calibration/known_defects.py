@@ -185,16 +185,16 @@ def page(rows: list[dict[str, object]]) -> str:
     for name, q, term in dict.fromkeys((r["defect"], r["quantity"], r["term"]) for r in rows):
         mine = [r for r in rows if (r["defect"], r["quantity"], r["term"]) == (name, q, term)]
         counted = [r for r in mine if r["resolved"]]
-        told = "no case", "", ""
+        cells_of_case = "no case", "", ""
         if counted:
             values = np.array([r["share"] for r in counted], float)
             highs = np.array([r["high"] for r in counted], float)
-            told = (
+            cells_of_case = (
                 f"{values.min():.2f}, {np.median(values):.2f}, {values.max():.2f}",
                 f"{(values >= 0.8).sum()}",
                 f"{(highs >= 0.8).sum()}",
             )
-        cells = map(str, (name, term, q, f"{len(counted)} of {len(mine)}", *told))
+        cells = map(str, (name, term, q, f"{len(counted)} of {len(mine)}", *cells_of_case))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 

@@ -105,14 +105,14 @@ def fit() -> None:
     exact = quotient(brdf.body, REFINEMENT)
 
     def residuals(constants: Array) -> Array:
-        found = quotient(body_closed_form.body, body_closed_form.Spread(*constants))
+        found = quotient(body_closed_form.body, body_closed_form.CosineSpread(*constants))
         return np.concatenate(
             [weight * (v / e - 1) for v, e in zip(found, exact, strict=True)]
         ) / np.sqrt(len(design))
 
     best = least_squares(residuals, [1.0, 0.5, 0.0, 1.0], diff_step=1e-4)
     residual = 100 * np.linalg.norm(best.fun)
-    print(body_closed_form.Spread(*best.x.tolist()), f"rms residual {residual:.2f} %")  # noqa: T201
+    print(body_closed_form.CosineSpread(*best.x.tolist()), f"rms residual {residual:.2f} %")  # noqa: T201
 
 
 def main() -> None:

@@ -230,7 +230,7 @@ def sphere() -> None:
 
 
 def _sphere(angle: float, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Light and eye in the frame of each lit pixel's normal, its mask, and the normals."""
+    """Light and eye in the frame of each illuminated pixel's normal, its mask, and the normals."""
     y, x = np.mgrid[-1 : 1 : size * 1j, -1 : 1 : size * 1j]
     z2 = 1 - x**2 - y**2
     normal = np.stack([x, y, np.sqrt(np.maximum(z2, 0))], axis=-1)

@@ -27,7 +27,7 @@ THETA = 60.0
 
 
 def draw_relief(axes: Axes3D, heights: NDArray[np.float64]) -> None:
-    """Draw heights (cells) to scale, lit from the direction of incidence."""
+    """Draw heights (cells) to scale, illuminated from the direction of incidence."""
     q, p = np.gradient(heights)
     cosine = (p * np.sin(np.radians(THETA)) + np.cos(np.radians(THETA))) / np.sqrt(1 + p**2 + q**2)
     shade = 0.22 + 0.78 * np.clip(cosine, 0, 1)

@@ -116,7 +116,7 @@ def quantities(dataset: xr.Dataset, name: str) -> Array:
     return np.stack([np.asarray(column) for column in columns], axis=-1)
 
 
-def told(name: str, theta: float) -> bool:
+def reported(name: str, theta: float) -> bool:
     """Whether a quantity has enough light: about the vertical three sectors have next to none."""
     return name != "mirror" or theta > 0
 
@@ -157,7 +157,7 @@ def theory(gamma: float, sigma: float) -> Iterator[Row]:
             if model not in (ALL_ORDERS if name == "total" else ORDER_1):
                 continue
             for theta, value in zip(THETAS, quantities(found, name)[0], strict=True):
-                if not told(name, theta):
+                if not reported(name, theta):
                     continue
                 error = np.sqrt(value * (1 - value) / walks) if walks else 0.0
                 yield {
@@ -172,7 +172,7 @@ def measured(case: StructureCase) -> Iterator[Row]:
     albedos = case.albedos
     mean, error = means(albedos)
     for (k, theta), (j, name) in product(enumerate(THETAS), enumerate(QUANTITIES)):
-        if not told(name, theta):
+        if not reported(name, theta):
             continue
         yield {
             "gamma": case.gamma, "sigma": case.sigma, "correlation": case.correlation,
@@ -190,7 +190,7 @@ def realised(case: StructureCase) -> Row:
         "structure": case.structure, "surfaces": len(case.albedos),
         **{
             f"{name}_error_percent": 100 * max(
-                error[k, j] / mean[k, j] for k, theta in enumerate(THETAS) if told(name, theta)
+                error[k, j] / mean[k, j] for k, theta in enumerate(THETAS) if reported(name, theta)
             )
             for j, name in enumerate(QUANTITIES)
         },

@@ -6,16 +6,16 @@ Scenes are drawn with a fixed seed within the box: γ 1.7 … 100 (even in its l
 … 1, n 1 … 3, Kd 0 … 1, one θ of 0 … 80°, tolerance 0.01, 0.03 or 0.1 of the albedo. Advice
 is `advise` with its quick effort. Brute force is a reference of its own: another seed, more
 surfaces (8, or 16 where its 95 % half width is more than a quarter of the tolerance), a
-finer mesh. Rungs are judged again by the draws that advice saw, so that what is
+finer mesh. Methods are judged again by the draws that advice saw, so that what is
 checked is the judgement and not the luck of a second draw; those that it did not run are
 dearer than all it ran, and are not cheaper than the one it named. A row says
 
-    held      the rung it named errs by less than the tolerance by brute force,
-    missed    a cheaper rung, beyond the ranges of both costs, that also holds by brute force.
+    held      the method it named errs by less than the tolerance by brute force,
+    missed    a cheaper method, beyond the ranges of both costs, that also holds by brute force.
 
 What must be: held in at least 53 of 60, missed in at most 6. Where advice names nothing, no
-rung was named that does not hold, so ``held`` is "none" and counts for neither side; such
-rows are counted apart and a rung that would have held is still a miss. Finished rows are
+method was named that does not hold, so ``held`` is "none" and counts for neither side; such
+rows are counted apart and a method that would have held is still a miss. Finished rows are
 kept: the same command goes on after a stop.
 """
 

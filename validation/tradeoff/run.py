@@ -3,10 +3,10 @@
     python -m validation.tradeoff.run                    # the built-in scenes, two seeds
     python -m validation.tradeoff.run a.toml b.toml --out DIR
 
-Runs the quick ladder of `microsurf tradeoff` at two angles of each scene. Writes to
+Runs the quick trade-off of `microsurf tradeoff` at two angles of each scene. Writes to
 reports/tradeoff a CSV for each scene (first run), frontiers.png, over_all.png, and repeat.md
-and repeat.csv: pairs of rungs whose order one run tells beyond its errors and the other tells
-the other way round. Of rungs that tie, chance turns a few round: exit code 1 if there are more
+and repeat.csv: pairs of methods whose order one run tells beyond its errors and the other tells
+the other way round. Of methods that tie, chance turns a few round: exit code 1 if there are more
 than it would in 999 of 1000 cases. Finished runs are kept in reports/latest/frontiers: the same
 command goes on after a stop; delete it to begin again.
 """
@@ -38,7 +38,7 @@ KEPT = LATEST / "frontiers"
 SEEDS = 3000, 4000  # apart from the report's own and from repeat.py's
 ANGLES = 30.0, 60.0
 CHANCE = 2 * ((1 - pareto.CONFIDENCE) / 2) ** 2
-"""That two runs tell two equal rungs apart, and in opposite order."""
+"""That two runs tell two equal methods apart, and in opposite order."""
 Row = dict[str, Any]
 Pairs = list[list[str]]
 
@@ -50,7 +50,7 @@ def at_two_angles(scene: Scene) -> Scene:
     return replace(scene, light=Light(angles, scene.light.phi), expect={})
 
 
-def told(found: Tradeoff) -> dict[str, dict[str, Pairs]]:
+def separated_pairs(found: Tradeoff) -> dict[str, dict[str, Pairs]]:
     """Pairs (above, below) by quantity that a run tells apart: of error, and of cost."""
     return {
         quantity: {
@@ -73,22 +73,22 @@ def kept_run(path: Path, run: int) -> Row:
     def make() -> Row:
         asked = at_two_angles(read(path))
         found = tradeoff(asked, EFFORTS["quick"], seed=SEEDS[run], progress=True)
-        return {"rows": rows(found), "told": told(found), "seconds": found.seconds}
+        return {"rows": rows(found), "separated": separated_pairs(found), "seconds": found.seconds}
 
     content: Row = once(KEPT / f"{path.stem}-{run + 1}.json", make)
     return content
 
 
 def repeated(scene: str, one: Row, other: Row) -> list[Row]:
-    """Of the error of each quantity and of cost: pairs of rungs, and what both runs say of them."""
+    """By the error of each quantity and by cost: pairs of methods, and what both runs say."""
     table: list[Row] = []
-    for quantity, first in one["told"].items():
+    for quantity, first in one["separated"].items():
         names = [row["rung"] for row in one["rows"] if row["quantity"] == quantity]
         for order, pairs in first.items():
             if order == "cost" and any(row["of"] == "cost" for row in table):
                 continue  # it is the same for every quantity
             above = {tuple(pair) for pair in pairs}
-            again = {tuple(pair) for pair in other["told"][quantity][order]}
+            again = {tuple(pair) for pair in other["separated"][quantity][order]}
             back = {(b, a) for a, b in again}
             table.append({
                 "scene": scene,
@@ -122,19 +122,19 @@ def page(table: list[Row]) -> str:
         "# The same ladders again",
         "",
         (
-            f"Written by `validation/tradeoff/run.py`: the quick ladder of"
-            f" {len({row['scene'] for row in table})} scenes with two seeds. A pair of rungs is"
-            " told apart in a run if its difference is beyond its 95 % interval (of error), or if"
+            f"Written by `validation/tradeoff/run.py`: the quick trade-off of"
+            f" {len({row['scene'] for row in table})} scenes with two seeds. A pair of methods is"
+            " separated in a run if its difference is beyond its 95 % interval (of error), or if"
             " the ranges of their costs do not overlap; else it is a tie."
         ),
         "",
-        "| pairs of rungs | by error | by cost |",
+        "| pairs of methods | by error | by cost |",
         "|---|---|---|",
     ]
     words = {
         "pairs": "all, of all scenes and quantities",
-        "separated_in_both": "told apart by both runs, in the same order",
-        "separated_in_one": "told apart by one run, a tie in the other",
+        "separated_in_both": "separated by both runs, in the same order",
+        "separated_in_one": "separated by one run, a tie in the other",
         "ties": "ties in both",
         "reversed": "in opposite order",
     }

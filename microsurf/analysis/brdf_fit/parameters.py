@@ -19,7 +19,7 @@ DISTRIBUTIONS: dict[str, float | None] = {"beckmann": BECKMANN, "ggx": GGX, "std
 MOST_ETA = 1.96
 """γ = 1.51: at 1.5 masking ends, a fit there is at the border."""
 LEAST_ETA = 1e-3
-"""Below it γ, beyond 1000, is not told from Beckmann's ∞."""
+"""Below it γ, beyond 1000, is not distinguished from Beckmann's ∞."""
 SIGMA = (1e-3, 5.0)
 INDEX = (1.0, 5.0)
 CONDUCTOR_INDEX = (0.02, 20.0)
@@ -87,5 +87,5 @@ class Layout:
 
 
 def gamma_of(eta: float) -> float:
-    """γ of η; ∞ below the least η that is told from it."""
+    """γ of η; ∞ below the least η that is distinguished from it."""
     return 1 + 1 / eta if eta > LEAST_ETA else float("inf")

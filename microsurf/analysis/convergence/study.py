@@ -84,15 +84,17 @@ def converge(
             "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
         )
     begin = time.perf_counter()
-    found = Convergence()
+    convergence = Convergence()
     counts = ray_counts(scene, effort)
     varied = scene.requires.roughness and scene.surface.file is None
     meshes, tiles = (mesh_steps(scene, effort), tile_steps(scene, effort)) if varied else ([], [])
     if not varied:
         what = f"of {scene.surface.file}" if scene.requires.roughness else "flat"
-        found.note = f"one surface, {what}: mesh, tile and realisations can't vary, rays do"
+        convergence.note = f"one surface, {what}: mesh, tile and realisations can't vary, rays do"
     elif max(step.cells for step in meshes) == scene.surface.cells:
-        found.note = f"no finer mesh than {scene.surface.cells} cells was made with this effort"
+        convergence.note = (
+            f"no finer mesh than {scene.surface.cells} cells was made with this effort"
+        )
     with tqdm(
         total=len(set(meshes + tiles)) + len(counts), disable=None if progress else True,
         desc="convergence", unit="step",
@@ -100,27 +102,27 @@ def converge(
         done: dict[Surface, _Seen] = {}
         paths = min(effort.paths, scene.accuracy.paths)
         for k, step in enumerate(dict.fromkeys(meshes + tiles)):
-            asked = replace(scene, surface=step, accuracy=Accuracy(paths), expect={})
+            step_scene = replace(scene, surface=step, accuracy=Accuracy(paths), expect={})
             memory.require_lobes(step.realisations, scene.light.angles)
-            done[step] = _seen(measure(asked, seed=_seed(seed, k), workers=workers), places)
+            done[step] = _seen(measure(step_scene, seed=_seed(seed, k), workers=workers), places)
             bar.update()
         rays = []
         for k, count in enumerate(counts):
             repeats = _repeat(scene, count, effort.repeats, (seed, _seed(seed, 100 + k)), workers)
             rays.append((count, _seen(repeats, places)))
             bar.update()
-    for place in places:
+    for case in places:
         for study, steps in (("mesh", meshes), ("tile", tiles)):
-            _vary(found, study, place, [(step, done[step][place][0]) for step in steps])
-        at = done[own(scene, effort)][place] if varied else None
+            _vary(convergence, study, case, [(step, done[step][case][0]) for step in steps])
+        at = done[own(scene, effort)][case] if varied else None
         if at is not None:
-            _realisations(found, place, at[0])
-        _rays(found, place, [(count, seen[place]) for count, seen in rays])
-        found.left.append(_left(found, place, scene, at))
-    for row in (*found.mesh, *found.tile, *found.realisations):
+            _realisations(convergence, case, at[0])
+        _rays(convergence, case, [(count, values[case]) for count, values in rays])
+        convergence.left.append(_left(convergence, case, scene, at))
+    for row in (*convergence.mesh, *convergence.tile, *convergence.realisations):
         row["paths"] = paths  # for each angle and surface
-    found.seconds = time.perf_counter() - begin
-    return found
+    convergence.seconds = time.perf_counter() - begin
+    return convergence
 
 
 @dataclass(frozen=True)
@@ -169,31 +171,31 @@ def _repeat(
     if scene.requires.roughness:
         surfaces = [surface_of(scene, seeds[0], 0)] * repeats
     surface = replace(scene.surface, realisations=repeats)
-    asked = replace(scene, surface=surface, accuracy=Accuracy(paths), expect={})
-    return measure(asked, surfaces, seed=seeds[1], workers=workers)
+    step_scene = replace(scene, surface=surface, accuracy=Accuracy(paths), expect={})
+    return measure(step_scene, surfaces, seed=seeds[1], workers=workers)
 
 
 def _seen(dataset: xr.Dataset, places: list[_Place]) -> _Seen:
     """Each quantity on each realisation; the lobes, which are large, need not be kept."""
     return {
-        place: (_of(albedos.quantity, dataset, place), _of(albedos.ray_error, dataset, place))
-        for place in places
+        case: (_of(albedos.quantity, dataset, case), _of(albedos.ray_error, dataset, case))
+        for case in places
     }
 
 
-def _of(figure: Callable[..., xr.DataArray], dataset: xr.Dataset, place: _Place) -> Array:
-    values = figure(dataset, place.quantity, place.n, place.kd)
-    return np.asarray(values.sel(theta_i=place.theta_i, phi_i=place.phi_i).values)
+def _of(figure: Callable[..., xr.DataArray], dataset: xr.Dataset, case: _Place) -> Array:
+    values = figure(dataset, case.quantity, case.n, case.kd)
+    return np.asarray(values.sel(theta_i=case.theta_i, phi_i=case.phi_i).values)
 
 
 def _vary(
-    found: Convergence, study: str, place: _Place, steps: list[tuple[Surface, Array]]
+    convergence: Convergence, study: str, case: _Place, steps: list[tuple[Surface, Array]]
 ) -> None:
     """Rows of one quantity over the steps of mesh or tile, and its order of convergence."""
     if not steps:
         return
     means = [mean_of(values) for _, values in steps]
-    rows = getattr(found, study)
+    rows = getattr(convergence, study)
     for (step, _), mean in zip(steps, means, strict=True):
         apart = difference(mean, means[-1])
         if mean is means[-1]:
@@ -201,10 +203,10 @@ def _vary(
         size = {"cells": step.cells, "correlation": step.correlation}
         size |= {"tile": step.cells / step.correlation, "realisations": mean.count}
         known = {"value": mean.value, "error": mean.error}
-        rows.append(size | place.labels | known | _named("difference", apart))
+        rows.append(size | case.labels | known | _named("difference", apart))
     exponent = order(means[-3], means[-2], means[-1]) if len(means) >= 3 else None
-    row = {"study": study, **place.labels, "order": None, "low": None, "high": None}
-    found.orders.append(row if exponent is None else row | _named("order", exponent))
+    row = {"study": study, **case.labels, "order": None, "low": None, "high": None}
+    convergence.orders.append(row if exponent is None else row | _named("order", exponent))
 
 
 def _named(name: str, estimate: Any) -> Row:
@@ -212,12 +214,12 @@ def _named(name: str, estimate: Any) -> Row:
     return {name: row.pop("value"), **row}
 
 
-def _realisations(found: Convergence, place: _Place, values: Array) -> None:
+def _realisations(convergence: Convergence, case: _Place, values: Array) -> None:
     """Parts of the same surfaces against all of them, and means of groups that share none."""
-    sizes, deviations, freedoms = [], [], []
+    sizes, deviations, dofs = [], [], []
     part = 1
     while part <= len(values):
-        row: Row = {"realisations": part, **place.labels, "value": float(values[:part].mean())}
+        row: Row = {"realisations": part, **case.labels, "value": float(values[:part].mean())}
         row |= _named("difference", part_and_whole(values, part))
         groups = values[: len(values) // part * part].reshape(-1, part).mean(axis=1)
         row |= {"groups": len(groups), "deviation": None}
@@ -225,41 +227,41 @@ def _realisations(found: Convergence, place: _Place, values: Array) -> None:
             row["deviation"] = float(groups.std(ddof=1))
             sizes.append(part)
             deviations.append(row["deviation"])
-            freedoms.append(len(groups) - 1)
-        found.realisations.append(row)
+            dofs.append(len(groups) - 1)
+        convergence.realisations.append(row)
         part *= 2
-    _power(found, "realisations", place, power(sizes, deviations, freedoms))
+    _power(convergence, "realisations", case, power(sizes, deviations, dofs))
 
 
-def _rays(found: Convergence, place: _Place, steps: list[tuple[int, _Values]]) -> None:
+def _rays(convergence: Convergence, case: _Place, steps: list[tuple[int, _Values]]) -> None:
     """Spread of repeats on one surface against the number of paths of each."""
     finest = mean_of(steps[-1][1][0])
     for count, (of_one, errors) in steps:
         mean = mean_of(of_one)
-        row = {"paths": count, "repeats": mean.count, **place.labels, "value": mean.value}
+        row = {"paths": count, "repeats": mean.count, **case.labels, "value": mean.value}
         claimed = float(np.sqrt((errors**2).mean()))
         row |= {"deviation": float(of_one.std(ddof=1)), "claimed": claimed}
         apart = difference(mean, finest)
         if count == steps[-1][0]:
             apart = replace(apart, value=0.0, low=0.0, high=0.0)
-        found.rays.append(row | _named("difference", apart))
+        convergence.rays.append(row | _named("difference", apart))
     deviations = [float(of_one.std(ddof=1)) for _, (of_one, _) in steps]
     dof = [len(of_one) - 1 for _, (of_one, _) in steps]
     exponent = power([count for count, _ in steps], deviations, dof)
-    _power(found, "rays", place, exponent)
+    _power(convergence, "rays", case, exponent)
 
 
-def _power(found: Convergence, study: str, place: _Place, exponent: Any) -> None:
-    row = {"study": study, **place.labels, "power": None, "low": None, "high": None}
-    found.powers.append(row if exponent is None else row | _named("power", exponent))
+def _power(convergence: Convergence, study: str, case: _Place, exponent: Any) -> None:
+    row = {"study": study, **case.labels, "power": None, "low": None, "high": None}
+    convergence.powers.append(row if exponent is None else row | _named("power", exponent))
 
 
-def _left(found: Convergence, place: _Place, scene: Scene, at: _Values | None) -> Row:
+def _left(convergence: Convergence, case: _Place, scene: Scene, at: _Values | None) -> Row:
     """What the scene's own settings leave of one quantity, relative to it."""
-    rays = found.rays[-1]
+    rays = convergence.rays[-1]
     # A flat scene's realisations are one surface, traced again.
     count = scene.surface.realisations if scene.surface.file is None else 1
-    row: Row = {**place.labels, "rays_paths": rays["paths"]}
+    row: Row = {**case.labels, "rays_paths": rays["paths"]}
     row["rays"] = rays["deviation"] / float(np.sqrt(count) * rays["value"])
     if at is None:
         return row
@@ -267,7 +269,7 @@ def _left(found: Convergence, place: _Place, scene: Scene, at: _Values | None) -
     between = components_of(values, errors**2).between
     row["realisations"] = between / float(np.sqrt(count) * values.mean())
     for study in ("mesh", "tile"):
-        rows = [r for r in getattr(found, study) if r.items() >= place.labels.items()]
+        rows = [r for r in getattr(convergence, study) if r.items() >= case.labels.items()]
         mine = next(r for r in rows if r["cells"] == scene.surface.cells)
         finest = rows[-1]["value"]
         row[study] = mine["difference"] / finest

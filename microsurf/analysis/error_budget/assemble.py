@@ -1,7 +1,7 @@
 """The error budget of a scene: its measurement against its prediction, split into causes.
 
 The arithmetic and the order of substitution are in `terms`; here is what it needs: the
-theory with the slopes that the surfaces have, and what mesh and tile leave.
+theory with the slopes that the surfaces have, and the errors of mesh and tile.
 """
 
 from collections.abc import Mapping, Sequence
@@ -57,7 +57,7 @@ def slopes_of(surfaces: Sequence[Heightfield], scene: Scene) -> Slopes:
 
 def budget_of(cases: Mapping[tuple[float, float, float], Case]) -> list[Budget]:
     """Split measured − predicted of what `cases_of` gathered: one for each angle and Kd."""
-    return [Budget(*place, _sizes(case), split(case)) for place, case in cases.items()]
+    return [Budget(*index, _sizes(case), split(case)) for index, case in cases.items()]
 
 
 def _sizes(case: Case) -> dict[str, float]:
@@ -122,8 +122,8 @@ def cases_of(
             ]
             for kd in scene.material.kd:
                 weight = float(body_weight(n, kd))
-                seen = _parts(predicted, n, kd, (t, p))
-                ideal = seen if theory is None else _parts(theory, n, kd, (t, p))
+                albedos_by_order = _parts(predicted, n, kd, (t, p))
+                ideal = albedos_by_order if theory is None else _parts(theory, n, kd, (t, p))
                 effect = _of_slopes([of_order_one(c[0], weight) for c in changes])
                 if later is not None:
                     walked = _later(later.isel(theta_i=t, phi_i=p), n, kd)
@@ -132,7 +132,7 @@ def cases_of(
                 cases[theta, phi, kd] = Case(
                     measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
                     ray_errors=_ray_errors(measured, n, kd, (t, p)) if alone else {},
-                    predicted=seen,
+                    predicted=albedos_by_order,
                     theory=ideal,
                     slopes=effect,
                     scattered=mirrored + weight * (1 - mirrored),
@@ -141,7 +141,7 @@ def cases_of(
                     lost=float(lost[t, p]),
                     expected=None
                     if theory is None
-                    else _expected(seen, ideal, theory[1], n, kd, (t, p)),
+                    else _expected(albedos_by_order, ideal, theory[1], n, kd, (t, p)),
                     exchange=None if exchange is None else exchange.get(theta),
                 )
     return cases
@@ -153,47 +153,47 @@ def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, 
     Out of rows of `masking.masking_by_slope`: with shares s of the slopes and contributions c
     the slopes' term is Σ (s − s_STD) c with Smith's c, or with the measured ones.
     """
-    found: dict[float, float] = {}
+    exchanges: dict[float, float] = {}
     for row in by_slope:
         shift = row["share"] - row["share_std"]
         apart = shift * (row["specular"] - row["specular_smith"])
-        found[row["theta_i"]] = found.get(row["theta_i"], 0.0) + apart
-    return {theta: {FIRST[0]: value} for theta, value in found.items()}
+        exchanges[row["theta_i"]] = exchanges.get(row["theta_i"], 0.0) + apart
+    return {theta: {FIRST[0]: value} for theta, value in exchanges.items()}
 
 
 def _parts(
-    models: tuple[xr.Dataset, xr.Dataset | None], n: float, kd: float, place: tuple[int, int]
+    models: tuple[xr.Dataset, xr.Dataset | None], n: float, kd: float, index: tuple[int, int]
 ) -> dict[str, TermEstimate]:
     """Order 1 of the first model, later orders of the second."""
     first, walk = models
-    found = {
-        q: TermEstimate(float(v[0][place])) for q, v in components(first, n, kd).items()
+    parts = {
+        q: TermEstimate(float(v[0][index])) for q, v in components(first, n, kd).items()
         if q in (*FIRST, *LOBES)
     }  # fmt: skip
     if walk is not None:
-        walked = _walked(walk, n, kd, place)
-        found |= {q: walked[q] for q in HIGHER if q in walked}
-    return found
+        walked = _walked(walk, n, kd, index)
+        parts |= {q: walked[q] for q in HIGHER if q in walked}
+    return parts
 
 
 def _walked(
-    walk: xr.Dataset, n: float, kd: float, place: tuple[int, int]
+    walk: xr.Dataset, n: float, kd: float, index: tuple[int, int]
 ) -> dict[str, TermEstimate]:
     """Parts of a walk; a path brings 0 … 1, so that the variance of a part is below the part."""
-    paths = float(walk.paths.values[0][place]) if "paths" in walk else np.inf
+    paths = float(walk.paths.values[0][index]) if "paths" in walk else np.inf
     return {
-        q: TermEstimate(float(v[0][place]), _NORMAL * float(np.sqrt(max(v[0][place], 0.0) / paths)))
+        q: TermEstimate(float(v[0][index]), _NORMAL * float(np.sqrt(max(v[0][index], 0.0) / paths)))
         for q, v in components(walk, n, kd).items()
     }
 
 
 def _expected(
-    seen: Mapping[str, TermEstimate],
+    predicted: Mapping[str, TermEstimate],
     ideal: Mapping[str, TermEstimate],
     walk: xr.Dataset | None,
     n: float,
     kd: float,
-    place: tuple[int, int],
+    index: tuple[int, int],
 ) -> dict[str, TermEstimate]:
     """Return later orders of a theory whose every event has the user BRDF's faults of order 1.
 
@@ -201,24 +201,24 @@ def _expected(
     """
     if walk is None:
         return {}
-    ratios = [seen[q].value / ideal[q].value if ideal[q].value > 0 else 1.0 for q in FIRST]
+    ratios = [predicted[q].value / ideal[q].value if ideal[q].value > 0 else 1.0 for q in FIRST]
     mirrored, body = ratios
     flux = walk.flux
     b = detector.BODY_EVENTS[: flux.sizes["body_events"]]
     others = np.maximum(flux.order.values[:, None] - b, 0)
     factor = xr.DataArray(mirrored**others * body**b, dims=("order", "body_events"))
-    walked = _walked(walk.assign(flux=flux * factor), n, kd, place)
+    walked = _walked(walk.assign(flux=flux * factor), n, kd, index)
     return {q: walked[q] for q in HIGHER if q in walked}
 
 
 def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, TermEstimate]:
     """What slopes change of each part: mean of independent runs, its error from their spread."""
     factor = float(stats.t.ppf(0.975, len(runs) - 1)) / np.sqrt(len(runs))
-    found = {}
+    estimates = {}
     for q in runs[0]:
         values = np.array([run[q] for run in runs])
-        found[q] = TermEstimate(float(values.mean()), factor * float(values.std(ddof=1)))
-    return found
+        estimates[q] = TermEstimate(float(values.mean()), factor * float(values.std(ddof=1)))
+    return estimates
 
 
 def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, TermEstimate]:
@@ -228,30 +228,30 @@ def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, TermEstimate]
 
 
 def _ray_errors(
-    measured: xr.Dataset, n: float, kd: float, place: tuple[int, int]
+    measured: xr.Dataset, n: float, kd: float, index: tuple[int, int]
 ) -> dict[str, float]:
     """Of one surface: albedos from batches, lobes from their bins, later orders a bound."""
     first = {"order-1 specular": "specular", "order-1 body": "body", "total": "total"}
-    found = {
-        q: float(summary.ray_error(measured, name, n, kd).values[0][place])
+    by_quantity = {
+        q: float(summary.ray_error(measured, name, n, kd).values[0][index])
         for q, name in first.items()
     }
-    light = float(measured.light_rays.values[0][place])
+    light = float(measured.light_rays.values[0][index])
     for q, v in components(measured, n, kd).items():
         if q in HIGHER:
-            found[q] = float(np.sqrt(v[0][place] / light))
+            by_quantity[q] = float(np.sqrt(v[0][index] / light))
     for part, kind in zip(FIRST, detector.KINDS, strict=True):
         for region, mask in zip(REGIONS, region_masks(), strict=True):
             errors = uncertainty.region_ray_error(measured, kind, mask, n, kd)
-            found[f"{part} {region}"] = float(errors.values[0][place])
-    return found
+            by_quantity[f"{part} {region}"] = float(errors.values[0][index])
+    return by_quantity
 
 
 def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
     """One row a term: albedos, and parts of the prediction (null where that is 0)."""
-    found = []
+    table = []
     for budget in budgets:
-        place = {"theta_i": budget.theta_i, "phi_i": budget.phi_i, "kd": budget.kd}
+        incidence = {"theta_i": budget.theta_i, "phi_i": budget.phi_i, "kd": budget.kd}
         for q, terms in budget.terms.items():
             size = budget.predicted.get(q, 0.0)
             for name in TERMS:
@@ -262,5 +262,5 @@ def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
                     f"relative_{key}": term[key] / size if size > 0 else None
                     for key in ("value", "low", "high")
                 }
-                found.append(place | term | {"predicted": size} | shares)
-    return found
+                table.append(incidence | term | {"predicted": size} | shares)
+    return table

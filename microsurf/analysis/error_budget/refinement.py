@@ -38,10 +38,10 @@ class Refinement:
     mesh: Estimates
     tile: Estimates
 
-    def parts(self, which: str, kd: float, place: tuple[int, int]) -> dict[str, TermEstimate]:
+    def parts(self, which: str, kd: float, index: tuple[int, int]) -> dict[str, TermEstimate]:
         """Estimates of one study at one incidence."""
-        found = getattr(self, which)[kd]
-        return {q: TermEstimate(float(v[place]), float(h[place])) for q, (v, h) in found.items()}
+        changes = getattr(self, which)[kd]
+        return {q: TermEstimate(float(v[index]), float(h[index])) for q, (v, h) in changes.items()}
 
 
 def refine(
@@ -53,16 +53,20 @@ def refine(
     if surface.file is not None or not scene.requires.roughness or 2 * surface.cells > MAX_CELLS:
         return None
     paths = min(scene.accuracy.paths, PATHS)
-    asked = replace(scene, accuracy=Accuracy(paths), expect={})
-    own = realisation_seed(seed, _SEED * 1000)
+    refined_scene = replace(scene, accuracy=Accuracy(paths), expect={})
+    surface_seed = realisation_seed(seed, _SEED * 1000)
 
-    half = replace(asked, surface=replace(surface, cells=max(surface.cells // 2, 2)))
+    half = replace(refined_scene, surface=replace(surface, cells=max(surface.cells // 2, 2)))
 
     def traced(surfaces: list[Heightfield]) -> xr.Dataset:
-        return measure(asked, surfaces, seed=own, workers=workers, progress=progress)
+        return measure(
+            refined_scene, surfaces, seed=surface_seed, workers=workers, progress=progress
+        )
 
-    coarse, fine = (traced([_made(scene, own, r, f) for r in range(PAIRS)]) for f in (1, 2))
-    small = traced([surface_of(half, own, r) for r in range(HALVES)])
+    coarse, fine = (
+        traced([_made(scene, surface_seed, r, f) for r in range(PAIRS)]) for f in (1, 2)
+    )
+    small = traced([surface_of(half, surface_seed, r) for r in range(HALVES)])
     mesh, tile = {}, {}
     n = scene.material.n
     for kd in scene.material.kd:
@@ -87,21 +91,21 @@ def _made(scene: Scene, seed: int, pair: int, factor: int) -> Heightfield:
     )
 
 
-def _paired(own: Array, fine: Array) -> tuple[Array, Array]:
+def _paired(coarse: Array, fine: Array) -> tuple[Array, Array]:
     """Mean difference of pairs and its half width."""
-    apart = own - fine
+    apart = coarse - fine
     count = len(apart)
     factor = float(stats.t.ppf(0.975, count - 1)) / np.sqrt(count)
     return apart.mean(axis=0), factor * apart.std(axis=0, ddof=1)
 
 
-def _bound(small: Array, own: Array) -> tuple[Array, Array]:
+def _bound(small: Array, large: Array) -> tuple[Array, Array]:
     """Nothing, give or take what halving changed at the most (Welch's interval)."""
     variances = small.var(axis=0, ddof=1) / len(small)
     dof = len(small) - 1
-    if len(own) > 1:
-        variances = variances + own.var(axis=0, ddof=1) / len(own)
-        dof = min(dof, len(own) - 1)
+    if len(large) > 1:
+        variances = variances + large.var(axis=0, ddof=1) / len(large)
+        dof = min(dof, len(large) - 1)
     half = float(stats.t.ppf(0.975, dof)) * np.sqrt(variances)
-    change = np.abs(small.mean(axis=0) - own.mean(axis=0))
+    change = np.abs(small.mean(axis=0) - large.mean(axis=0))
     return np.zeros_like(change), change + half

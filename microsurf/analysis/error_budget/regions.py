@@ -36,14 +36,14 @@ def of_order_one(flux: Array, weight: float) -> dict[str, Array]:
 
     ``weight`` is that of the body light.
     """
-    found = {}
+    regions = {}
     masks = region_masks()
     for k, (kind, factor) in enumerate(zip(FIRST, (1.0, weight), strict=True)):
         lobe = flux[..., k, :, :] * factor
-        found[kind] = lobe.sum((-2, -1))
+        regions[kind] = lobe.sum((-2, -1))
         for region, mask in zip(REGIONS, masks, strict=True):
-            found[f"{kind} {region}"] = (lobe * mask).sum((-2, -1))
-    return found
+            regions[f"{kind} {region}"] = (lobe * mask).sum((-2, -1))
+    return regions
 
 
 def components(dataset: xr.Dataset, n: float, kd: float) -> dict[str, Array]:
@@ -51,9 +51,9 @@ def components(dataset: xr.Dataset, n: float, kd: float) -> dict[str, Array]:
     energy = datasets.by_kind(dataset.flux, n, kd).transpose(
         "realisation", "theta_i", "phi_i", "order", "kind", "theta_o", "phi_o"
     )
-    found = of_order_one(energy.sel(order=1).values, 1.0)
+    regions = of_order_one(energy.sel(order=1).values, 1.0)
     albedo = energy.sum(("kind", "theta_o", "phi_o"))
     for name, order in zip(HIGHER, detector.ORDERS[1:], strict=True):
         if order in albedo.order:
-            found[name] = albedo.sel(order=order).values
-    return found
+            regions[name] = albedo.sel(order=order).values
+    return regions

@@ -136,7 +136,7 @@ def split(case: Case) -> dict[str, dict[str, Term]]:
     parts[TOTAL]["masking"] = replace(parts[TOTAL]["masking"], half=known)
     noise = {q: case.ray_errors.get(q, 0.0) for q in parts}
     return {
-        q: {term: found.term(q, term, noise[q]) for term, found in terms.items()}
+        q: {term: total.term(q, term, noise[q]) for term, total in terms.items()}
         for q, terms in parts.items()
     }
 
@@ -181,17 +181,17 @@ class _Sum:
 
 def _before(case: Case, q: str) -> dict[str, _Sum]:
     """Terms that do not depend on the surface's structure."""
-    found = {
+    sums = {
         "model": _Sum.of(_model(case, q)),
         "slopes": _Sum.of(case.slopes[q]),
     }
     for term, parts in (("mesh", case.mesh), ("tile", case.tile)):
         if parts is not None:
-            found[term] = _Sum.of(parts[q])
+            sums[term] = _Sum.of(parts[q])
     # What was lost would have left as the rest did; twice as much at the most.
     mean = float(np.mean(case.measured[q]))
-    found["losses"] = _Sum.of(TermEstimate(-case.lost * mean))
-    return found
+    sums["losses"] = _Sum.of(TermEstimate(-case.lost * mean))
+    return sums
 
 
 def _model(case: Case, q: str) -> TermEstimate:
@@ -208,21 +208,25 @@ def _model(case: Case, q: str) -> TermEstimate:
 def _rest(case: Case, q: str, before: Mapping[str, _Sum]) -> _Sum:
     """What is left of measured − realised on each surface."""
     explained = [before[term] for term in ("mesh", "losses") if term in before]
-    fixed = sum(found.fixed for found in explained) + case.with_mesh_slopes(q).value
+    fixed = (
+        sum(explained_term.fixed for explained_term in explained) + case.with_mesh_slopes(q).value
+    )
     half = float(
-        np.linalg.norm([case.with_mesh_slopes(q).half, *(found.half for found in explained)])
+        np.linalg.norm(
+            [case.with_mesh_slopes(q).half, *(explained_term.half for explained_term in explained)]
+        )
     )
     return _Sum(0.0, half, np.asarray(case.measured[q], float) - fixed)
 
 
 def _first(case: Case, q: str) -> dict[str, _Sum]:
-    found = _before(case, q)
-    rest = _rest(case, q, found)
+    sums = _before(case, q)
+    rest = _rest(case, q, sums)
     doubt = 0.0 if case.exchange is None else abs(case.exchange.get(q, 0.0))
-    slopes = found["slopes"]
-    found["slopes"] = _Sum(slopes.fixed, float(np.hypot(slopes.half, doubt)), slopes.each)
-    found["masking"] = _Sum(rest.fixed, float(np.hypot(rest.half, doubt)), rest.each)
-    return found | {"noise": _noise(case, q)}
+    slopes = sums["slopes"]
+    sums["slopes"] = _Sum(slopes.fixed, float(np.hypot(slopes.half, doubt)), slopes.each)
+    sums["masking"] = _Sum(rest.fixed, float(np.hypot(rest.half, doubt)), rest.each)
+    return sums | {"noise": _noise(case, q)}
 
 
 def _met_again(case: Case, q: str) -> float:
@@ -236,16 +240,16 @@ def _met_again(case: Case, q: str) -> float:
 
 
 def _later(case: Case, q: str, rate: float, let_out: "_Sum") -> dict[str, _Sum]:
-    found = _before(case, q)
-    rest = _rest(case, q, found)
-    own = NOTHING
+    sums = _before(case, q)
+    rest = _rest(case, q, sums)
+    of_order = NOTHING
     if case.expected is not None:
-        own = case.expected[q] - case.predicted.get(q, NOTHING)
+        of_order = case.expected[q] - case.predicted.get(q, NOTHING)
     masking = _Sum(0.0, rate * let_out.half, -rate * let_out.each)
-    half = float(np.linalg.norm([rest.half, own.half, masking.half]))
-    return found | {
+    half = float(np.linalg.norm([rest.half, of_order.half, masking.half]))
+    return sums | {
         "masking": masking,
-        "multiple": _Sum(rest.fixed + own.value, half, rest.each - masking.each),
+        "multiple": _Sum(rest.fixed + of_order.value, half, rest.each - masking.each),
         "noise": _noise(case, q),
     }
 

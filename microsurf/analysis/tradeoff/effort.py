@@ -1,4 +1,4 @@
-"""How much of the ladder is run, and against what reference."""
+"""How much of the trade-off is measured, and against what reference."""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,6 @@
 """Speed against accuracy of the models; the reference is what `validate` has measured.
 
-No explicit rungs: they would share their realisations with the reference.
+No explicit methods: they would share their realisations with the reference.
 """
 
 from collections.abc import Mapping
@@ -53,7 +53,7 @@ def frontier_of(
         float(measured.attrs["seconds"]), needs.roughness,
     )  # fmt: skip
     methods = methods_of(scene, EFFORT)
-    made = {
+    runs = {
         method.name: Run(
             method,
             draws_of(predicted[method.model][0], scene),
@@ -62,8 +62,8 @@ def frontier_of(
         for method in methods
         if method.model in predicted
     }
-    rest = [method for method in methods if method.name not in made]
-    made |= {run.method.name: run for run in run_all(scene, rest, seed, full=False)}
+    rest = [method for method in methods if method.name not in runs]
+    runs |= {run.method.name: run for run in run_all(scene, rest, seed, full=False)}
     return judged(
-        scene, with_half_widths(scene, reference), [made[method.name] for method in methods]
+        scene, with_half_widths(scene, reference), [runs[method.name] for method in methods]
     )

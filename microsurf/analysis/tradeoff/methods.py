@@ -1,6 +1,6 @@
-"""The rungs of the ladder: every way of getting a reflectance, run and timed alike.
+"""The methods: every way of getting a reflectance, run and timed alike.
 
-Time is that of the processor, of all threads together, so that a rung that uses two cores
+Time is that of the processor, of all threads together, so that a method that uses two cores
 is not cheaper for it. Of several angles it is the mean for one.
 """
 
@@ -28,7 +28,7 @@ Place = tuple[float, float, float]
 """θ_i, φ_i in degrees and Kd."""
 
 AVERAGED = (1, 4)
-"""Surfaces that an explicit rung averages."""
+"""Surfaces that an explicit method averages."""
 _AT_A_TIME = 2  # surfaces traced in one go: both cores are busy
 _PAIRS = 64  # directions that evaluations are timed with
 _MOST_WALKS = 100_000  # of all pairs together, but for one pair
@@ -67,7 +67,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Run:
-    """A rung's draws by place, seconds an angle of each repeat, and one f(i, o); bytes at most.
+    """A method's draws by place, seconds an angle of each repeat, and one f(i, o); bytes at most.
 
     ``evaluation`` is None for a surface, which has no such thing. ``bytes_basis`` is
     "measured" (of numpy's arrays) or "estimated" (of meshes and Embree's trees).
@@ -82,27 +82,27 @@ class Run:
 
 
 def methods_of(scene: Scene, effort: TradeoffEffort) -> list[Method]:
-    """All rungs of a scene, about from cheap to dear; one of a flat scene, which all agree on."""
+    """All methods of a scene, about from cheap to expensive; one of a flat scene."""
     if not scene.requires.roughness:
         return [Method("flat", 0, "flat")]
     single = [model.MODELS[key] for key in model.order_one()]
-    found = [Method(entry.key, 0, entry.key) for entry in single if not entry.quadrature]
-    found += [
+    methods = [Method(entry.key, 0, entry.key) for entry in single if not entry.quadrature]
+    methods += [
         Method(_walk_name(kind, walks), int(walks > _MOST_WALKS), kind, walks, draws=draws)
         for walks, draws in effort.walks
         for kind in model.all_orders()
     ]
-    found += [Method(entry.key, 1, entry.key) for entry in single if entry.quadrature]
+    methods += [Method(entry.key, 1, entry.key) for entry in single if entry.quadrature]
     for factor, paths, draws in effort.meshes:
         mesh = mesh_of(scene, factor)
-        found += [
+        methods += [
             Method(
                 f"{averaged} × {mesh.cells}² L {mesh.correlation:g} {paths} rays",
                 2, "surface", surface=mesh, paths=paths, draws=draws, averaged=averaged,
             )
             for averaged in AVERAGED
         ]  # fmt: skip
-    return list(dict.fromkeys(sorted(found, key=lambda method: method.tier)))
+    return list(dict.fromkeys(sorted(methods, key=lambda method: method.tier)))
 
 
 def _walk_name(kind: str, walks: int) -> str:
@@ -117,7 +117,7 @@ def mesh_of(scene: Scene, factor: float) -> Surface:
 
 
 def run_all(scene: Scene, methods: list[Method], seed: int, *, full: bool = True) -> Iterator[Run]:
-    """Run rungs one after the other; those of the same surfaces share them.
+    """Run methods one after the other; those of the same surfaces share them.
 
     ``full`` times evaluations and repeats, and measures memory, besides.
     """
@@ -139,7 +139,7 @@ def run_all(scene: Scene, methods: list[Method], seed: int, *, full: bool = True
 def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
     """Albedo, specular and body lobe of all orders, for each realisation of a result."""
     flux = dataset.flux.sum("order")
-    found = {}
+    draws = {}
     for kd in scene.material.kd:
         kinds = datasets.by_kind(flux, scene.material.n, kd)
         specular, body = (kinds.sel(kind=kind, drop=True) for kind in detector.KINDS)
@@ -151,47 +151,47 @@ def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
                 for v in (specular, body)
             ]
             total = lobes[0].sum(axis=1) + lobes[1].sum(axis=1)
-            found[theta, phi, kd] = Draws(total[:, None], *lobes)
-    return found
+            draws[theta, phi, kd] = Draws(total[:, None], *lobes)
+    return draws
 
 
 def joined(parts: list[dict[Place, Draws]]) -> dict[Place, Draws]:
     """Draws of several results, one after the other."""
     return {
-        place: Draws(*(
-            np.concatenate([getattr(part[place], name) for part in parts])
+        index: Draws(*(
+            np.concatenate([getattr(part[index], name) for part in parts])
             for name in ("albedo", "specular", "lobe")
         ))
-        for place in parts[0]
+        for index in parts[0]
     }  # fmt: skip
 
 
 def trace_surfaces(
     scene: Scene, surface: Surface, paths: int, count: int, seed: int
 ) -> dict[Place, Draws]:
-    """Draws of ``count`` surfaces, each lit by ``paths`` at every angle."""
-    asked = replace(
+    """Draws of ``count`` surfaces, each illuminated by ``paths`` at every angle."""
+    traced_scene = replace(
         scene, surface=replace(surface, realisations=count), accuracy=Accuracy(paths), expect={}
     )
-    return draws_of(measure(asked, seed=seed), scene)
+    return draws_of(measure(traced_scene, seed=seed), scene)
 
 
-def _seed(seed: int, *place: int) -> int:
-    return int(np.random.SeedSequence(seed, spawn_key=(4, *place)).generate_state(1)[0])
+def _seed(seed: int, *spawn_key: int) -> int:
+    return int(np.random.SeedSequence(seed, spawn_key=(4, *spawn_key)).generate_state(1)[0])
 
 
 def _timed(work: Callable[[], T]) -> tuple[T, float]:
     begin = time.process_time()
-    found = work()
-    return found, time.process_time() - begin
+    result = work()
+    return result, time.process_time() - begin
 
 
 def _weighed(work: Callable[[], T]) -> tuple[T, int]:
     """Do some work and say how many bytes numpy had at most."""
     tracemalloc.start()
     try:
-        found = work()
-        return found, tracemalloc.get_traced_memory()[1]
+        result = work()
+        return result, tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
 
@@ -234,10 +234,10 @@ def _surfaces(scene: Scene, method: Method, seed: int) -> Run:
     surface = method.surface or scene.surface
     parts, times = [], []
     for k in range(method.draws // _AT_A_TIME):
-        found, seconds = _timed(
+        draws, seconds = _timed(
             lambda k=k: trace_surfaces(scene, surface, method.paths, _AT_A_TIME, _seed(seed, k))  # type: ignore[misc]
         )
-        parts.append(found)
+        parts.append(draws)
         times.append(seconds / (_AT_A_TIME * scene.light.angles))
     size = surface.cells**2 * memory.TRACE_BYTES_PER_CELL
     size += scene.light.angles * memory.BYTES_PER_LOBE

@@ -1,9 +1,9 @@
-"""Errors of rungs of a ladder against a reference that has an error itself.
+"""Errors of methods against a reference that has an error itself.
 
-A rung is an average of n independent draws (runs of a sampled model, surfaces), or one
+A method is an average of n independent draws (runs of a sampled model, surfaces), or one
 exact answer; `squared_error` has its squared error E² and the interval, here made relative. Of
-several places (angles, Kd) the largest counts. Two rungs share a reference, so one of them
-is told from the other by the jackknife of their difference, in which it cancels (Efron and
+several places (angles, Kd) the largest counts. Two methods share a reference, so one of them
+is distinguished from the other by the jackknife of their difference, in which it cancels (Efron and
 Stein, Annals of Statistics 9, 1981: its variance is exact or too large).
 """
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Squared:
-    """E² of a rung; without bias also with one draw left out, of the rung or the reference."""
+    """E² of a method; without bias also with one draw left out, of the method or the reference."""
 
     interval: Interval
     value: float
@@ -42,7 +42,7 @@ class Error:
 
 @dataclass(frozen=True)
 class MethodPoint:
-    """A rung: name, cost in seconds with its range low … high, and E²."""
+    """A method: name, cost in seconds with its range low … high, and E²."""
 
     name: str
     seconds: float
@@ -62,7 +62,7 @@ def squared(
         Draws of each place, shape (K, components) and (R, components). One own draw is
         exact: it has no noise.
     draws : float
-        n, how many draws the rung averages.
+        n, how many draws the method averages.
 
     Raises
     ------
@@ -70,34 +70,36 @@ def squared(
         If R < 3, or K is neither 1 nor 3 and more: nothing would be known of the error.
 
     """
-    found = [_place(own, reference, draws, absolute=absolute) for own, reference in places]
-    ends = np.max([list(vars(f.interval).values()) for f in found], axis=0)
+    errors = [_place(sample, reference, draws, absolute=absolute) for sample, reference in places]
+    ends = np.max([list(vars(f.interval).values()) for f in errors], axis=0)
     return Squared(
         Interval(*(float(end) for end in ends)),
-        max(f.value for f in found),
-        np.max([f.without_own for f in found], axis=0),
-        np.max([f.without_reference for f in found], axis=0),
+        max(f.value for f in errors),
+        np.max([f.without_own for f in errors], axis=0),
+        np.max([f.without_reference for f in errors], axis=0),
     )
 
 
-def _place(own: Array, reference: Array, draws: float, *, absolute: bool) -> Squared:
-    if len(reference) < 3 or len(own) in (0, 2):
+def _place(sample: Array, reference: Array, draws: float, *, absolute: bool) -> Squared:
+    if len(reference) < 3 or len(sample) in (0, 2):
         raise ValueError(
-            f"{len(own)} draws of the rung, {len(reference)} of the reference: "
+            f"{len(sample)} draws of the method, {len(reference)} of the reference: "
             "must be 1 or at least 3, and at least 3"
         )
 
-    def value(own: Array, reference: Array) -> float:
+    def value(sample: Array, reference: Array) -> float:
         size = 1.0 if absolute else float((reference.mean(axis=0) ** 2).sum())
-        return squared_error.value(own, reference, draws) / size
+        return squared_error.value(sample, reference, draws) / size
 
     size = 1.0 if absolute else float((reference.mean(axis=0) ** 2).sum())
-    found = squared_error.interval(own, reference, draws)
+    interval = squared_error.interval(sample, reference, draws)
     return Squared(
-        Interval(*(end / size for end in vars(found).values())),
-        value(own, reference),
-        np.array([value(_without(own, k), reference) for k in range(len(own)) if len(own) > 1]),
-        np.array([value(own, _without(reference, k)) for k in range(len(reference))]),
+        Interval(*(end / size for end in vars(interval).values())),
+        value(sample, reference),
+        np.array(
+            [value(_without(sample, k), reference) for k in range(len(sample)) if len(sample) > 1]
+        ),
+        np.array([value(sample, _without(reference, k)) for k in range(len(reference))]),
     )
 
 
@@ -108,7 +110,7 @@ def _without(draws: Array, k: int) -> Array:
 def half_width(reference: Array) -> float:
     """95 % half-width of a reference's mean relative to it, in its most uncertain direction.
 
-    Of draws, shape (R, components): what a rung can be off by and pass for right. The
+    Of draws, shape (R, components): what a method can be off by and pass for right. The
     noise of single bins, which all differ, is known and taken out of E².
     """
     count = len(reference)
@@ -132,9 +134,9 @@ def pseudo_values(draws: Array, of: Callable[[Array], Array]) -> Array:
     return np.asarray(count * whole - (count - 1) * rest)
 
 
-def error(found: Squared) -> Error:
+def error(result: Squared) -> Error:
     """E and its limits, out of those of E²."""
-    return Error(*(float(np.sqrt(end)) for end in vars(found.interval).values()))
+    return Error(*(float(np.sqrt(end)) for end in vars(result.interval).values()))
 
 
 def _spread(*without: Array) -> tuple[float, float]:
@@ -159,12 +161,12 @@ def worse(one: Squared, other: Squared) -> bool:
 
 
 def dominated(points: Sequence[MethodPoint]) -> dict[str, str]:
-    """For each dominated rung the cheapest that is both cheaper and better, beyond doubt.
+    """For each dominated method the cheapest that is both cheaper and better, beyond doubt.
 
     Cheaper: the ranges of cost do not overlap. Better: `worse`. What is within its error
     is a tie, and dominates nothing.
     """
-    found = {}
+    by_name = {}
     for point in points:
         above = [
             other
@@ -172,5 +174,5 @@ def dominated(points: Sequence[MethodPoint]) -> dict[str, str]:
             if other.seconds_high < point.seconds_low and worse(point.squared, other.squared)
         ]
         if above:
-            found[point.name] = min(above, key=lambda other: other.seconds).name
-    return found
+            by_name[point.name] = min(above, key=lambda other: other.seconds).name
+    return by_name

@@ -1,7 +1,7 @@
-"""The cheapest rung that is good enough for a scene, by measurement.
+"""The cheapest method that is good enough for a scene, by measurement.
 
 The reference is traced until its 95 % half-width is a quarter of the tolerance, or as far
-as the effort goes; then rungs are run from cheap to dear until one of them stays below the
+as the effort goes; then methods are run from cheap to expensive until one of them stays below the
 tolerance with 95 % confidence. Nothing is extrapolated: what could not be decided is called
 so, with what deciding it would cost.
 """
@@ -23,14 +23,14 @@ from .study import CHOICES, ReferenceDraws, bar, check, point, quantities_of, re
 SHARE = 4
 """The reference's half-width is to be this part of the tolerance."""
 _EXPLICIT = 2
-"""Tier of the explicit rungs, which are run by mesh, coarse to fine, and by rays."""
+"""Tier of the explicit methods, which are run by mesh, coarse to fine, and by rays."""
 _FEW = 4
 """Surfaces of the reference at first: doubled until that is so."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A rung that was run: what it costs and errs by, and the verdict against the tolerance.
+    """A method that was run: what it costs and errs by, and the verdict against the tolerance.
 
     run : its draws. verdict : "holds" (below it with 95 % confidence), "fails" (all of the
     95 % interval lies above it) or "undecided".
@@ -45,7 +45,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """What to use, None if nothing was shown to hold; what was tried, from cheap to dear."""
+    """What to use, None if nothing was shown to hold; what was tried, from cheap to expensive."""
 
     quantity: str
     tolerance: float
@@ -59,7 +59,7 @@ class Recommendation:
 
     @property
     def best(self) -> Judged:
-        """The chosen rung, or the one with the least error that was found."""
+        """The chosen method, or the one with the least error that was found."""
         return self.chosen or min(self.tried, key=lambda one: one.error.below)
 
 
@@ -73,7 +73,7 @@ def advise(
     effects: bool = True,
     progress: bool = False,
 ) -> Recommendation:
-    """Find the cheapest rung whose error of a quantity stays below a tolerance.
+    """Find the cheapest method whose error of a quantity stays below a tolerance.
 
     Parameters
     ----------
@@ -114,14 +114,14 @@ def advise(
             # Dearer tiers hold nothing cheaper than this one does.
             if _holds(tried):
                 break
-        found = contributions(scene, quantity, seed=seed) if effects else []
+        effects_found = contributions(scene, quantity, seed=seed) if effects else []
         shown.update(shown.total - shown.n)
     tried.sort(key=lambda one: one.point.seconds)
     chosen = next((one for one in tried if one.verdict == "holds"), None)
     note = _note(reference, quantity, tolerance, tried, chosen)
     seconds = time.perf_counter() - begin
     return Recommendation(
-        quantity, tolerance, chosen, tried, skipped, reference, found, note, seconds
+        quantity, tolerance, chosen, tried, skipped, reference, effects_found, note, seconds
     )
 
 
@@ -146,7 +146,7 @@ def _judge(run: Run, reference: ReferenceDraws, quantity: str, tolerance: float)
         return Judged(run, placed, error, "holds", f"below {error.below:.2g} with 95 % confidence")
     if error.low > tolerance:
         return Judged(run, placed, error, "fails", f"above {error.low:.2g} with 95 % confidence")
-    why = f"between {error.low:.2g} and {error.high:.2g}: not told from {tolerance:g}"
+    why = f"between {error.low:.2g} and {error.high:.2g}: not distinguished from {tolerance:g}"
     return Judged(run, placed, error, "undecided", why)
 
 
@@ -163,7 +163,7 @@ def _note(
     half, wanted = reference.half_width[quantity], tolerance / SHARE
     lines = []
     if chosen is None:
-        lines.append("no rung was shown to hold the tolerance")
+        lines.append("no method was shown to meet the tolerance")
     if half > wanted:
         more = int(np.ceil(reference.surfaces * (half / wanted) ** 2))
         seconds = reference.seconds * more / reference.surfaces
@@ -172,5 +172,5 @@ def _note(
             f"that would take about {more} surfaces, {seconds:.0f} s of processor time"
         )
     if open_ones:
-        lines.append(f"{open_ones} cheaper rung{'s' * (open_ones > 1)} could not be decided")
+        lines.append(f"{open_ones} cheaper method{'s' * (open_ones > 1)} could not be decided")
     return "; ".join(lines)

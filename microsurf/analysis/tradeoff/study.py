@@ -1,6 +1,6 @@
-"""Speed against accuracy: every rung's cost and its error against one explicit reference.
+"""Speed against accuracy: every method's cost and its error against one explicit reference.
 
-The reference is traced on surfaces of a finer mesh, which no rung shares, and has
+The reference is traced on surfaces of a finer mesh, which no method shares, and has
 an error of its own that is in every interval. Errors of several angles and Kd: the largest
 counts. Costs are processor seconds for an angle.
 """
@@ -43,7 +43,7 @@ class ReferenceDraws:
     """Draws of the explicit reference by place, and what they are of.
 
     ``half_width`` is that of its 95 % interval, by quantity, relative; of its surfaces alone:
-    what its mesh leaves is not in it.
+    the error of its mesh is not in it.
     """
 
     draws: dict[Place, Draws]
@@ -61,16 +61,16 @@ class ReferenceDraws:
     @property
     def text(self) -> str:
         """What it is of, for people."""
-        made = f"{self.surfaces} times one flat facet"
+        of_what = f"{self.surfaces} times one flat facet"
         if self.rough:
-            made = f"{self.surfaces} surfaces of {self.surface.cells}² cells, "
-            made += f"L = {self.surface.correlation:g}"
-        return f"reference: {made}, {self.paths} rays each"
+            of_what = f"{self.surfaces} surfaces of {self.surface.cells}² cells, "
+            of_what += f"L = {self.surface.correlation:g}"
+        return f"reference: {of_what}, {self.paths} rays each"
 
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """Every rung's run, and by quantity its points and which are dominated by which."""
+    """Every method's run, and by quantity its points and which are dominated by which."""
 
     scene: Scene
     reference: ReferenceDraws
@@ -87,7 +87,7 @@ def tradeoff(
     seed: int = 0,
     progress: bool = False,
 ) -> Tradeoff:
-    """Run the ladder on a scene.
+    """Run every method on a scene.
 
     Raises
     ------
@@ -119,14 +119,14 @@ def judged(scene: Scene, reference: ReferenceDraws, runs: list[Run]) -> Tradeoff
 
 
 def check(scene: Scene) -> None:
-    """Refuse what the ladder is not for."""
+    """Refuse what the trade-off is not for."""
     if not (scene.requires.interface or scene.requires.substrate):
         raise InputError(
             "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
         )
     if scene.surface.file is not None:
         raise InputError(
-            f"surface.file = {scene.surface.file}: the ladder is for made surfaces; "
+            f"surface.file = {scene.surface.file}: trade-offs are for generated surfaces; "
             "fit the file (`microsurf validate`) and give its gamma and sigma"
         )
 
@@ -140,11 +140,11 @@ def quantities_of(scene: Scene) -> list[str]:
 
 def bar(total: int, *, progress: bool) -> "tqdm[None]":
     """A progress bar on standard error, if that is a terminal."""
-    return tqdm(total=total, disable=None if progress else True, desc="ladder", unit="step")
+    return tqdm(total=total, disable=None if progress else True, desc="methods", unit="step")
 
 
 def reference_seed(seed: int, batch: int) -> int:
-    """Seed of a batch of reference surfaces, unrelated to those of the rungs."""
+    """Seed of a batch of reference surfaces, unrelated to those of the methods."""
     return int(np.random.SeedSequence(seed, spawn_key=(5, batch)).generate_state(1)[0])
 
 
@@ -161,57 +161,57 @@ def refer(
     Surfaces are added by as many as there are, up to the effort's most: whether that was
     enough stands in ``half_width``.
     """
-    own = scene.surface
+    surface = scene.surface
     if scene.requires.roughness:
-        length = own.correlation * effort.finer
+        length = surface.correlation * effort.finer
         # On a smaller tile: as many cells tell more of a finer mesh than of one surface.
-        cells = round(max(own.cells * effort.cells * effort.finer / 2, _LEAST_TILE * length))
-        own = replace(own, cells=cells, correlation=length)
+        cells = round(max(surface.cells * effort.cells * effort.finer / 2, _LEAST_TILE * length))
+        surface = replace(surface, cells=cells, correlation=length)
     begin = time.process_time()
     parts: list[dict[Place, Draws]] = []
     count = effort.surfaces
     while True:
         batch = reference_seed(seed, len(parts))
-        parts.append(trace_surfaces(scene, own, effort.paths, count, batch))
+        parts.append(trace_surfaces(scene, surface, effort.paths, count, batch))
         if shown is not None:
             shown.update(count if len(parts) == 1 else 0)
         draws = joined(parts)
         seconds = time.process_time() - begin
-        found = ReferenceDraws(draws, own, effort.paths, seconds, scene.requires.roughness)
-        found = with_half_widths(scene, found)
-        if wanted is None or found.half_width[wanted[0]] <= wanted[1]:
-            return found
-        count = min(found.surfaces, effort.most - found.surfaces)
+        reference = ReferenceDraws(draws, surface, effort.paths, seconds, scene.requires.roughness)
+        reference = with_half_widths(scene, reference)
+        if wanted is None or reference.half_width[wanted[0]] <= wanted[1]:
+            return reference
+        count = min(reference.surfaces, effort.most - reference.surfaces)
         if count < 1:
-            return found
+            return reference
 
 
 def with_half_widths(scene: Scene, reference: ReferenceDraws) -> ReferenceDraws:
     """The reference with its own uncertainty, by quantity."""
-    found = {
+    half_widths = {
         name: max(pareto.half_width(other) for _, other in _pairs(None, reference, name))
         for name in quantities_of(scene)
         if name not in _DEGREES
     }
-    return replace(reference, half_width=found)
+    return replace(reference, half_width=half_widths)
 
 
 def squared(run: Run, reference: ReferenceDraws, name: str) -> Squared:
-    """E² of one quantity of a rung; see `analysis.tradeoff.pareto`."""
+    """E² of one quantity of a method; see `analysis.tradeoff.pareto`."""
     pairs = _pairs(run, reference, name)
     return pareto.squared(pairs, run.method.averaged, absolute=name in _DEGREES)
 
 
 def _pairs(run: Run | None, reference: ReferenceDraws, name: str) -> list[tuple[Array, Array]]:
-    """Draws of a quantity of the rung (none without one) and of the reference, by place."""
+    """Draws of a quantity of the method (none without one) and of the reference, by place."""
     pairs = []
-    for place, of_reference in reference.draws.items():
-        own = of_reference if run is None else run.draws[place]
+    for index, of_reference in reference.draws.items():
+        of_method = of_reference if run is None else run.draws[index]
         if name in ("albedo", "lobe"):
-            pairs.append((getattr(own, name), getattr(of_reference, name)))
+            pairs.append((getattr(of_method, name), getattr(of_reference, name)))
             continue
         width = peak.weight_width(of_reference.specular.mean(axis=0))
-        cuts, theirs = (peak.cut(d.specular, width) for d in (own, of_reference))
+        cuts, theirs = (peak.cut(d.specular, width) for d in (of_method, of_reference))
         figure = _Figure(("peak", *_DEGREES).index(name))
         theirs = pareto.pseudo_values(theirs, figure)
         # One run is what a user gets; of a mean of several only the jackknife knows.
@@ -233,8 +233,8 @@ class _Figure:
         return peak.figures(cut)[[self.which]]
 
 
-def point(run: Run, found: Squared) -> MethodPoint:
-    """A rung's place among others: median cost, its range widened by what repeats do not show."""
+def point(run: Run, squared_error: Squared) -> MethodPoint:
+    """A method's place among others: median cost, its range widened by what repeats do not show."""
     cost = np.array(run.seconds)
     ends = float(cost.min()) / _JITTER, float(cost.max()) * _JITTER
-    return MethodPoint(run.method.name, float(np.median(cost)), *ends, found)
+    return MethodPoint(run.method.name, float(np.median(cost)), *ends, squared_error)

@@ -1,7 +1,7 @@
 """What given slopes change about the orders of Smith's theory: the same walks, weighted.
 
 Each walk among STD's facets has a weight: the likelihood of its facets and free paths under
-the given slopes over that under STD's (`weighted_kernels`). The mean of weight − 1 over the
+the given slopes over that under STD's (`reweighted_kernels`). The mean of weight − 1 over the
 walks of an order is what the slopes change; its error is that of the small weight − 1, a
 tenth of what two walks of their own would leave.
 """
@@ -17,7 +17,13 @@ from ... import memory
 from ...results import detector
 from ...scene import Scene
 from ..directions import direction
-from ..random_walk.parameters import Facet, Law, facet_of, law_of, stream
+from ..random_walk.parameters import (
+    SlopeParameters,
+    WalkFacet,
+    slope_parameters,
+    stream,
+    walk_facet,
+)
 from ..random_walk.simulate import MOST_EVENTS
 from .reweighted_kernels import weighted_walk
 from .slope_bins import SlopeBins, slope_bins
@@ -56,37 +62,37 @@ def order_change(
 
     """
     rough = scene.roughness
-    laws = (
-        law_of(rough.gamma, rough.sigma_x, rough.sigma_y),
-        facet_of(scene, max(scene.material.kd)),
+    walked = (
+        slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y),
+        walk_facet(scene, max(scene.material.kd)),
         slope_bins(slopes.rho, rough.gamma),
     )
     most = MOST_EVENTS if scene.requires.multiple_scattering else 1
     angles = list(product(scene.light.theta, scene.light.phi))
     size = -(-walks // BATCHES)
-    _walk(0, (0.0, 0.0), most, laws, np.random.default_rng(0))  # compiles
+    _walk(0, (0.0, 0.0), most, walked, np.random.default_rng(0))  # compiles
 
-    def batch(place: tuple[int, int]) -> tuple[Array, float]:
-        sequence = np.random.SeedSequence(seed, spawn_key=(_KEY, *place))
+    def batch(index: tuple[int, int]) -> tuple[Array, float]:
+        sequence = np.random.SeedSequence(seed, spawn_key=(_KEY, *index))
         rng = np.random.Generator(np.random.SFC64(sequence))
-        return _walk(size, angles[place[0]], most, laws, rng)
+        return _walk(size, angles[index[0]], most, walked, rng)
 
     places = list(product(range(len(angles)), range(BATCHES)))
     with ThreadPoolExecutor(workers or memory.cores()) as pool:
-        found = list(pool.map(batch, places))
-    events = max(flux.shape[1] for flux, _ in found)
+        result = list(pool.map(batch, places))
+    events = max(flux.shape[1] for flux, _ in result)
     shape = (BATCHES, len(scene.light.theta), len(scene.light.phi))
     change = np.zeros((*shape, len(detector.ORDERS), events))
     balance = np.zeros(shape)
-    for (a, k), (flux, of_all) in zip(places, found, strict=True):
-        place = (k, *divmod(a, len(scene.light.phi)))
-        change[place][:, : flux.shape[1]] = flux
-        balance[place] = of_all
+    for (a, k), (flux, of_all) in zip(places, result, strict=True):
+        index = (k, *divmod(a, len(scene.light.phi)))
+        change[index][:, : flux.shape[1]] = flux
+        balance[index] = of_all
     beyond = np.maximum(detector.BODY_EVENTS[:events] - detector.BODY_EXACT, 0)
     dims = ("batch", "theta_i", "phi_i")
     return xr.Dataset(
         {
-            "change": ((*dims, "order", "body_events"), change * laws[1].survival ** -beyond),
+            "change": ((*dims, "order", "body_events"), change * walked[1].survival ** -beyond),
             "balance": (dims, balance),
         },
         coords={
@@ -102,15 +108,15 @@ def _walk(
     walks: int,
     angle: tuple[float, float],
     most: int,
-    laws: tuple[Law, Facet, SlopeBins],
+    walked: tuple[SlopeParameters, WalkFacet, SlopeBins],
     rng: np.random.Generator,
 ) -> tuple[Array, float]:
     """Change of the flux, shape (orders, body events), and of all of it."""
-    law, facet, bins = laws
+    parameters, facet, bins = walked
     exits, events = np.zeros((walks, 3)), np.zeros((walks, 2), np.int64)
     weights = np.zeros(walks)
     i = direction(*np.radians(angle))
-    weighted_walk(exits, events, weights, most, i, law, facet, *bins, stream(rng))
+    weighted_walk(exits, events, weights, most, i, parameters, facet, *bins, stream(rng))
     weights -= 1
     left = events[:, 1] >= 0
     body = np.searchsorted(detector.BODY_EDGES, events[left, 1], side="right") - 1

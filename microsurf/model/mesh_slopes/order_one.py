@@ -62,12 +62,12 @@ def first_order_change(
         (slopes.normals, _nodes(slopes.rho, s), slopes.smith_lambda),
         (ideal.normals, ideal.rho, lambda w: smith.smith_lambda(w, *_std(scene))),
     )
-    found = [
+    sums = [
         _flux(scene, normals, rho, weight, i, phi, of, np.random.default_rng(seed))
         for normals, rho, of in nodes
     ]
-    (flux, seen), (other, seen_other) = found
-    return flux - other, flux, (seen, seen_other)
+    (flux, hits), (other, hits_other) = sums
+    return flux - other, flux, (hits, hits_other)
 
 
 def _std(scene: Scene) -> tuple[float, float, float]:
@@ -140,8 +140,8 @@ def _binned(
 ) -> Array:
     """Light that leaves, G2/G1(i) of it, by bins."""
     o, light = o.reshape(-1, 3), light.ravel()
-    seen = (o[:, 2] > 1e-12) & (light > 0)
-    o, light = o[seen], light[seen]
+    leaves = (o[:, 2] > 1e-12) & (light > 0)
+    o, light = o[leaves], light[leaves]
     o = o / np.linalg.norm(o, axis=-1, keepdims=True)
     light = light * (1 + lambda_i) / (1 + lambda_i + smith_lambda(o))
     ring = np.searchsorted(

@@ -23,23 +23,23 @@ def bin_of(rho2, edges2):
 
 
 @force_inlined
-def kept(dx, dy, dz, length, law, table):
+def kept(dx, dy, dz, length, parameters, table):
     """Weight of a free path under the other slopes: exp(−Δσ(−d) · length).
 
     Δσ = across · δ(c), δ tabulated over c/(1+c), c = |d_z|/across.
     """
-    across = np.sqrt(2 * ((law.scale_x * dx) ** 2 + (law.scale_y * dy) ** 2))
+    across = np.sqrt(2 * ((parameters.scale_x * dx) ** 2 + (parameters.scale_y * dy) ** 2))
     if across == 0:
         return 1.0
-    place = abs(dz) / (abs(dz) + across) * (len(table) - 1)
-    k = min(int(place), len(table) - 2)
-    t = place - k
+    index = abs(dz) / (abs(dz) + across) * (len(table) - 1)
+    k = min(int(index), len(table) - 2)
+    t = index - k
     return np.exp(-across * ((1 - t) * table[k] + t * table[k + 1]) * length)
 
 
 @force_inlined
-def weighted_walk(exits, events, weights, most, i, law, facet, edges2, ratios, table, state):
-    """Walk as `walk_kernels.smith_walk`; weights, shape (walks,), are the walks' likelihoods.
+def weighted_walk(exits, events, weights, most, i, parameters, facet, edges2, ratios, table, state):
+    """Walk as `smith_kernels.smith_walk`; weights, shape (walks,), are the walks' likelihoods.
 
     Each event multiplies them by the ratio of densities at its facet's ρ, each free path by
     that of its length; projected areas cancel between the two.
@@ -50,17 +50,17 @@ def weighted_walk(exits, events, weights, most, i, law, facet, edges2, ratios, t
         order = body = 0
         weight = 1.0
         while True:
-            gain, _ = smith_step(dx, dy, dz, law, state)
+            gain, _ = smith_step(dx, dy, dz, parameters, state)
             if dz > 0 and not h + gain < 0:  # NaN is 0 · ∞: nothing left to meet
-                weight *= kept(dx, dy, dz, -h / dz, law, table)
+                weight *= kept(dx, dy, dz, -h / dz, parameters, table)
                 break
             if order == most:
                 body = OVER
                 break
-            weight *= kept(dx, dy, dz, gain / dz, law, table)
+            weight *= kept(dx, dy, dz, gain / dz, parameters, table)
             h += gain
-            mx, my, mz = visible_normal(-dx, -dy, -dz, law, state)
-            x, y = mx / (law.scale_x * mz), my / (law.scale_y * mz)
+            mx, my, mz = visible_normal(-dx, -dy, -dz, parameters, state)
+            x, y = mx / (parameters.scale_x * mz), my / (parameters.scale_y * mz)
             weight *= ratios[bin_of((x * x + y * y) / 2, edges2)]
             dx, dy, dz, body = scatter(dx, dy, dz, mx, my, mz, body, facet, state)
             order += 1

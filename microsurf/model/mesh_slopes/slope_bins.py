@@ -23,7 +23,7 @@ _TABLE = 1025
 
 
 class SlopeBins(NamedTuple):
-    """A distribution of slopes for `weighted_kernels`.
+    """A distribution of slopes for `reweighted_kernels`.
 
     ``edges2`` squared lower ends of the bins and ``ratios`` to STD, shape (bins,);
     ``table`` E[(ρ cosφ − c)₊] less that of STD at even c/(1+c).
@@ -85,10 +85,10 @@ def _quadrature(ends: Array, gamma: float) -> tuple[list[Array], list[Array]]:
 def _ratios(
     rho: Array, edges: Array, parts: Array, of_theory: Array, tail: NDArray[np.bool_]
 ) -> Array:
-    place = np.searchsorted(edges, rho, side="right") - 1
-    place = np.maximum(place, 0)
-    count = np.bincount(place, minlength=len(edges)) / rho.size
-    slope = np.bincount(place, rho, minlength=len(edges)) / rho.size
+    bin_of = np.searchsorted(edges, rho, side="right") - 1
+    bin_of = np.maximum(bin_of, 0)
+    count = np.bincount(bin_of, minlength=len(edges)) / rho.size
+    slope = np.bincount(bin_of, rho, minlength=len(edges)) / rho.size
     ratio = np.where(tail, slope / of_theory, count / parts)
     # Mean slopes in the tail need not add up to its facets: the bulk makes up for it.
     ratio[~tail] *= (1 - ratio[tail] @ parts[tail]) / (ratio[~tail] @ parts[~tail])

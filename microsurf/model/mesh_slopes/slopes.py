@@ -6,7 +6,7 @@ azimuths spread evenly in the stretched plane. For a direction at c = w_z/|(σ_x
     w_z Λ(w) = across · H(c),  H(c) = E[(ρ cosφ − c)₊],
 
 with E over φ in closed form: (√(ρ² − c²) − c arccos(c/ρ))/π where ρ > c. What they change
-about order 1 is in `realised_first`, about later orders in `realised_later`.
+about order 1 is in `order_one`, about later orders in `higher_orders`.
 """
 
 from dataclasses import dataclass
@@ -43,12 +43,12 @@ class Slopes:
         u = np.arange(_NODES) / _NODES
         table = np.zeros(_NODES)
         for k, c in enumerate(u / (1 - u)):
-            seen = means > c
-            rho = means[seen]
+            facing = means > c
+            rho = means[facing]
             if not rho.size:
                 break
             excess = np.sqrt((rho - c) * (rho + c)) - c * np.arccos(c / rho)
-            table[k] = weights[seen] @ excess / np.pi
+            table[k] = weights[facing] @ excess / np.pi
         return CubicSpline(u, table)
 
     def excess(self, c: Array) -> Array:

@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...scene import Material, Scene
 from .common_kernels import smith_by_body
-from .parameters import facet_of, law_of
+from .parameters import slope_parameters, walk_facet
 from .simulate import MOST_EVENTS
 
 Array = NDArray[np.float64]
 
 EVENTS = 12
-"""Body events told apart; more are taken for so many."""
+"""Body events kept apart; more are taken for so many."""
 
 
 def by_body(
@@ -55,9 +55,9 @@ def by_body(
     rough, n = scene.roughness, scene.material.n
     if scene.requires.substrate:
         scene = Scene(material=Material(n, (1.0,)), roughness=rough)
-    law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
+    parameters = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
     sums = np.zeros((len(i), EVENTS + 1))
     i, o = (np.ascontiguousarray(w, np.float64) for w in (i, o))
-    facet = facet_of(scene, scene.material.kd[0])
-    smith_by_body(sums, walks, np.uint64(seed), *orders, i, o, law, facet)
+    facet = walk_facet(scene, scene.material.kd[0])
+    smith_by_body(sums, walks, np.uint64(seed), *orders, i, o, parameters, facet)
     return sums / walks / o[:, 2:]

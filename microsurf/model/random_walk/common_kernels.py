@@ -28,7 +28,7 @@ def seeded(state, seed, pair, walk):
 
 
 @force_inlined
-def smith_by_body(sums, walks, seed, first, last, i, o, law, facet):
+def smith_by_body(sums, walks, seed, first, last, i, o, parameters, facet):
     """Add f cosθ_o of orders first … last by body events, shape (pairs, events).
 
     As `smith_next_event` with its weights left out: light after b body events stands in
@@ -38,8 +38,8 @@ def smith_by_body(sums, walks, seed, first, last, i, o, law, facet):
     most = sums.shape[1] - 1
     for k in range(len(i)):
         ox, oy, oz = o[k]
-        across = np.sqrt((law.scale_x * ox) ** 2 + (law.scale_y * oy) ** 2)
-        rate = above(oz, across, law) / oz  # Λ(o)
+        across = np.sqrt((parameters.scale_x * ox) ** 2 + (parameters.scale_y * oy) ** 2)
+        rate = above(oz, across, parameters) / oz  # Λ(o)
         for walk in range(walks):
             seeded(state, seed, np.uint64(k), np.uint64(walk))
             dx, dy, dz = i[k]
@@ -47,16 +47,16 @@ def smith_by_body(sums, walks, seed, first, last, i, o, law, facet):
             h = 0.0
             order = body = 0
             while order < last:
-                gain, area = smith_step(dx, dy, dz, law, state)
+                gain, area = smith_step(dx, dy, dz, parameters, state)
                 h += gain
                 if dz > 0 and not h < 0:
                     break
-                mx, my, mz = visible_normal(-dx, -dy, -dz, law, state)
+                mx, my, mz = visible_normal(-dx, -dy, -dz, parameters, state)
                 order += 1
                 if order >= first:
                     out = np.exp(h * rate)
                     if facet.interface:
-                        density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, law)
+                        density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, parameters)
                         sums[k, min(body, most)] += out * density * reflected(mu, facet)
                     sent = diffused(dx, dy, dz, mx, my, mz, ox, oy, oz, facet)
                     sums[k, min(body + 1, most)] += out * sent

@@ -9,15 +9,15 @@ from ...errors import InputError
 from ...scene import Scene
 from ..directions import checked
 from ..registry import walk_of
-from .parameters import facet_of, law_of, stream
-from .simulate import MOST_EVENTS, PIECE
+from .parameters import slope_parameters, stream, walk_facet
+from .simulate import CHUNK, MOST_EVENTS
 
 Array = NDArray[np.float64]
 
-_DRAWS = 16  # of the terms of long chains of mirrors in a groove
+_DRAWS = 16  # of the terms of long chains of mirrors in a V-cavity
 
 
-class Estimate(NamedTuple):
+class BrdfEstimate(NamedTuple):
     """A BRDF in sr⁻¹, or its standard error: of paths without body events, with, and of all."""
 
     specular: Array
@@ -33,12 +33,12 @@ def evaluate_walk(
     walks: int,
     rng: np.random.Generator,
     orders: tuple[int, int] = (1, MOST_EVENTS),
-) -> tuple[Estimate, Estimate]:
+) -> tuple[BrdfEstimate, BrdfEstimate]:
     """Unbiased estimate of the BRDF for pairs of directions, and its standard error.
 
     At each facet a walk from i meets, what that facet sends towards o is evaluated and
-    not waited for (next-event estimation). In grooves chains of mirrors alone have a
-    closed form (see `groove_kernels`), and no error up to 32 of them; about the mirror
+    not waited for (next-event estimation). In V-cavities chains of mirrors alone have a
+    closed form (see `vcavity_kernels`), and no error up to 32 of them; about the mirror
     direction chains of two and more have a caustic, cut off at 1e−9 from it.
 
     Parameters
@@ -75,17 +75,20 @@ def evaluate_walk(
     i, o = np.ascontiguousarray(i.reshape(-1, 3)), np.ascontiguousarray(o.reshape(-1, 3))
     if not scene.requires.multiple_scattering:
         orders = orders[0], min(orders[1], 1)
-    law, facet = law_of(rough.gamma, rough.sigma_x, rough.sigma_y), facet_of(scene, kd[0])
+    parameters, facet = (
+        slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y),
+        walk_facet(scene, kd[0]),
+    )
     state = stream(rng)
     mean, error = np.zeros((2, len(i), 3))
     up = np.flatnonzero((i[:, 2] > 0) & (o[:, 2] > 0))
     walked = model.mirrors is None or scene.requires.substrate
-    for start in range(0, len(up) if walked else 0, max(1, PIECE // walks)):
-        pairs = up[start : start + max(1, PIECE // walks)]
+    for start in range(0, len(up) if walked else 0, max(1, CHUNK // walks)):
+        pairs = up[start : start + max(1, CHUNK // walks)]
         moments = np.zeros((2, len(pairs), 3))
-        for done in range(0, walks, PIECE):
-            values = np.zeros((min(PIECE, walks - done) * len(pairs), 3))
-            model.next_event(values, *orders, i[pairs], o[pairs], law, facet, state)
+        for done in range(0, walks, CHUNK):
+            values = np.zeros((min(CHUNK, walks - done) * len(pairs), 3))
+            model.next_event(values, *orders, i[pairs], o[pairs], parameters, facet, state)
             values[:, 2] = values[:, 0] + values[:, 1]
             of_pair = values.reshape(-1, len(pairs), 3)
             moments += of_pair.sum(axis=0), (of_pair**2).sum(axis=0)
@@ -94,7 +97,7 @@ def evaluate_walk(
         error[pairs] = np.sqrt(np.maximum(second - first**2, 0) / (walks - 1))
     if model.mirrors is not None and scene.requires.interface:
         value, spread = np.zeros((2, len(up)))
-        model.mirrors(value, spread, _DRAWS, *orders, i[up], o[up], law, facet, state)
+        model.mirrors(value, spread, _DRAWS, *orders, i[up], o[up], parameters, facet, state)
         mean[up] += value[:, None] * [1, 0, 1]
         error[up, 0] = spread
         error[up, 2] = np.hypot(error[up, 2], spread)
@@ -102,5 +105,5 @@ def evaluate_walk(
     return _labelled(mean / cosine, shape), _labelled(error / cosine, shape)
 
 
-def _labelled(values: Array, shape: tuple[int, ...]) -> Estimate:
-    return Estimate(*values.T.reshape(3, *shape))
+def _labelled(values: Array, shape: tuple[int, ...]) -> BrdfEstimate:
+    return BrdfEstimate(*values.T.reshape(3, *shape))

@@ -12,8 +12,8 @@ from ...scene import Scene
 _NODES = 2049  # of the table of Λ
 
 
-class Law(NamedTuple):
-    """Distribution of slopes and its masking, see `walk.law_of`."""
+class SlopeParameters(NamedTuple):
+    """Distribution of slopes and its masking, see `slope_parameters`."""
 
     nu: float  # 2γ − 2
     excess: float  # E = K ν/(ν−1)
@@ -22,7 +22,7 @@ class Law(NamedTuple):
     table: Any  # part of A left in Λ and its step derivative at even x/(1+x), shape (nodes, 2)
 
 
-class Facet(NamedTuple):
+class WalkFacet(NamedTuple):
     """One facet: what its events need; which effects run is the scene's to say."""
 
     n: float
@@ -34,7 +34,7 @@ class Facet(NamedTuple):
     escape: float  # 1 − r_e
 
 
-def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
+def slope_parameters(gamma: float, sigma_x: float, sigma_y: float) -> SlopeParameters:
     """Slopes and masking for the kernels, γ > 3/2 and σ > 0.
 
     Λ = A R (see `physics.smith`) is tabulated by R, the smooth part, over
@@ -50,22 +50,24 @@ def law_of(gamma: float, sigma_x: float, sigma_y: float) -> Law:
         log_power, slope = -(nu - 1) / 2 * np.log1p(x**2 / nu), (nu - 1) / (nu / x + x)
     with np.errstate(under="ignore"):
         leading = excess / x * np.exp(log_power)
-    seen = leading > 1e-290  # beyond, Λ is 0 and R does not matter
+    matters = leading > 1e-290  # beyond, Λ is 0 and R does not matter
     table = np.zeros((_NODES, 2))
     table[0] = 1, -0.5 / excess
-    ratio = smith.lambda_of_x(x[seen], nu) / leading[seen]
-    table[1:-1, 0][seen] = ratio
-    table[1:-1, 1][seen] = ((ratio - 1) / x[seen] + ratio * slope[seen]) * (1 + x[seen]) ** 2
+    ratio = smith.lambda_of_x(x[matters], nu) / leading[matters]
+    table[1:-1, 0][matters] = ratio
+    table[1:-1, 1][matters] = ((ratio - 1) / x[matters] + ratio * slope[matters]) * (
+        1 + x[matters]
+    ) ** 2
     table[-1, 0] = 0 if np.isinf(nu) else 1 / nu
     table[:, 1] /= _NODES - 1
-    return Law(nu, excess, sigma_x / np.sqrt(2), sigma_y / np.sqrt(2), table)
+    return SlopeParameters(nu, excess, sigma_x / np.sqrt(2), sigma_y / np.sqrt(2), table)
 
 
-def facet_of(scene: Scene, kd: float) -> Facet:
+def walk_facet(scene: Scene, kd: float) -> WalkFacet:
     """Return what the kernels need of a facet; long paths are thinned as Kd would do."""
     n, substrate = scene.material.n, scene.requires.substrate
     weight = float(body_weight(n, kd))
-    return Facet(
+    return WalkFacet(
         n,
         scene.material.k,
         fresnel.transmittance_bound(n) if substrate else 1.0,

@@ -21,12 +21,12 @@ from ..directions import direction
 from ..prediction import Attributes, prediction
 from ..registry import walk_of
 from ..single_scattering import flat
-from .parameters import Facet, facet_of, law_of, stream
-from .tally import CAUSES, Tally, tally
+from .parameters import WalkFacet, slope_parameters, stream, walk_facet
+from .tally import CAUSES, WalkTally, tally_walks
 
 Array = NDArray[np.float64]
 
-PIECE = 262_144
+CHUNK = 262_144
 """Walks of one piece of work; each is seeded by its place and adds up with the others."""
 MOST_EVENTS = 10**9
 """Facet events after which a path counts as lost: there to end a fault, not to save time."""
@@ -82,24 +82,24 @@ def walk(
         return _flat(scene, kind, begin)
     workers = workers or memory.cores()
     rough = scene.roughness
-    law = law_of(rough.gamma, rough.sigma_x, rough.sigma_y)
-    facet = facet_of(scene, max(scene.material.kd))
+    parameters = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
+    facet = walk_facet(scene, max(scene.material.kd))
     angles = list(product(scene.light.theta, scene.light.phi))
-    count = -(-walks // PIECE)
+    count = -(-walks // CHUNK)
     sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
     most = MOST_EVENTS if scene.requires.multiple_scattering else 1
 
-    def piece(a: int, k: int) -> Tally:
+    def piece(a: int, k: int) -> WalkTally:
         sequence = np.random.SeedSequence(seed, spawn_key=(2, a, k))
         rng = np.random.Generator(np.random.SFC64(sequence))
         theta, phi = angles[a]
         i = direction(np.radians(theta), np.radians(phi))
         exits, events = np.zeros((sizes[k], 3)), np.zeros((sizes[k], 2), np.int64)
-        run(exits, events, most, i, law, facet, stream(rng))
-        return tally(exits, events, phi, single=not scene.requires.multiple_scattering)
+        run(exits, events, most, i, parameters, facet, stream(rng))
+        return tally_walks(exits, events, phi, single=not scene.requires.multiple_scattering)
 
     nobody = np.zeros((0, 3)), np.zeros((0, 2), np.int64)
-    run(*nobody, 1, np.zeros(3), law, facet, stream(np.random.default_rng(0)))
+    run(*nobody, 1, np.zeros(3), parameters, facet, stream(np.random.default_rng(0)))
     begin = time.perf_counter()  # after compilation
     bar = tqdm(
         total=len(angles) * walks / 1e6,
@@ -109,10 +109,10 @@ def walk(
         bar_format="{desc}: {percentage:3.0f}%|{bar}| {n:.1f}/{total:.1f}{unit} "
         "[{elapsed}<{remaining}]",
     )
-    totals: list[Tally] = [Tally.empty()] * len(angles)
+    totals: list[WalkTally] = [WalkTally.empty()] * len(angles)
     with bar, ThreadPoolExecutor(workers) as pool:
         places = list(product(range(len(angles)), range(count)))
-        jobs = [pool.submit(piece, *place) for place in places]
+        jobs = [pool.submit(piece, *angle_and_chunk) for angle_and_chunk in places]
         try:
             for (a, k), job in zip(places, jobs, strict=True):
                 totals[a] = totals[a] + job.result()
@@ -121,7 +121,7 @@ def walk(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     seconds = time.perf_counter() - begin
-    return labelled(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
+    return to_dataset(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
 
 
 def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:
@@ -141,8 +141,8 @@ def _effects(scene: Scene) -> str:
     return ", ".join(effects)
 
 
-def labelled(
-    scene: Scene, kind: str, totals: list[Tally], facet: Facet, attrs: Attributes
+def to_dataset(
+    scene: Scene, kind: str, totals: list[WalkTally], facet: WalkFacet, attrs: Attributes
 ) -> xr.Dataset:
     """Tallies of the scene's angles, θ outermost, as a Dataset."""
     thetas, phis = scene.light.theta, scene.light.phi
@@ -153,12 +153,12 @@ def labelled(
     path_weight = facet.survival**-beyond
     paths, arrived, ended = np.zeros(shape), np.zeros(shape), np.zeros((*shape, len(CAUSES)))
     for a, total in enumerate(totals):
-        place = (0, *divmod(a, len(phis)))
-        paths[place] = total.paths
-        arrived[place] = total.counts.sum()
-        ended[place] = total.ended
-        seen = total.counts.shape[0]
-        flux[place][:, :seen] = np.swapaxes(total.counts, 0, 1) / total.paths
+        index = (0, *divmod(a, len(phis)))
+        paths[index] = total.paths
+        arrived[index] = total.counts.sum()
+        ended[index] = total.ended
+        filled = total.counts.shape[0]
+        flux[index][:, :filled] = np.swapaxes(total.counts, 0, 1) / total.paths
     flux *= path_weight[:, None, None]
     attrs = {"effects": _effects(scene), **attrs, "events": sum(total.events for total in totals)}
     walked = prediction(scene, kind, flux, attrs, path_weight=path_weight)

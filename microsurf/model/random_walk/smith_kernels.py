@@ -4,7 +4,7 @@
 
 Smith: Heitz et al., "Multiple-Scattering Microfacet BSDFs with the Smith Model", ACM
 TOG 35(4), 2016, in an exponential half-space of heights h ≤ 0. Slopes are in units of
-σ/√2 along each axis, as in `physics.visible_normals`. Grooves: `groove_kernels`.
+σ/√2 along each axis, as in `physics.visible_normals`. V-cavities: `vcavity_kernels`.
 """
 
 import numpy as np
@@ -27,23 +27,23 @@ def power_rise(u, exponent):
 
 
 @force_inlined
-def above(wz, across, law):
+def above(wz, across, parameters):
     """|w_z| Λ(|w_z|), across = |(scale_x w_x, scale_y w_y)|: what a ray that goes up can meet.
 
     Off by less than 1e−10 E times `across` (the table is interpolated by cubics).
     """
-    if law.nu == 2.0:  # GGX: no table and no power
+    if parameters.nu == 2.0:  # GGX: no table and no power
         return across * across / (np.sqrt(wz * wz + 2 * across * across) + wz)
-    table = law.table
-    place = wz / (wz + across) * (len(table) - 1)
-    k = min(int(place), len(table) - 2)
-    t = place - k
+    table = parameters.table
+    index = wz / (wz + across) * (len(table) - 1)
+    k = min(int(index), len(table) - 2)
+    t = index - k
     s = 1 - t
     left = s * s * (table[k, 0] * (1 + 2 * t) + table[k, 1] * t)
     right = t * t * (table[k + 1, 0] * (1 + 2 * s) - table[k + 1, 1] * s)
     x2 = (wz / across) ** 2
-    exponent = x2 if law.nu == np.inf else (law.nu - 1) * np.log1p(x2 / law.nu)
-    return across * law.excess * np.exp(-exponent / 2) * (left + right)
+    exponent = x2 if parameters.nu == np.inf else (parameters.nu - 1) * np.log1p(x2 / parameters.nu)
+    return across * parameters.excess * np.exp(-exponent / 2) * (left + right)
 
 
 @force_inlined
@@ -66,10 +66,10 @@ def across_slope(p, unit, nu, state):
 
 
 @force_inlined
-def seen_from_above(wz, across, law, state):
+def seen_from_above(wz, across, parameters, state):
     """Slopes (p, q) in 1/unit, and the unit, visible from c = w_z/across ≥ 0."""
-    nu = law.nu
-    total = wz + across * law.excess
+    nu = parameters.nu
+    total = wz + across * parameters.excess
     while True:  # a rejection starts again from the choice of the branch
         if uniform(state) * total < wz:
             p, q = radial_slope(nu, state)
@@ -117,31 +117,31 @@ def seen_from_below(a, nu, state):
 
 
 @force_inlined
-def visible_normal(wx, wy, wz, law, state):
+def visible_normal(wx, wy, wz, parameters, state):
     """One normal m visible from w, as `physics.visible_normals.sample`."""
-    ux, uy = law.scale_x * wx, law.scale_y * wy
+    ux, uy = parameters.scale_x * wx, parameters.scale_y * wy
     across = np.sqrt(ux * ux + uy * uy)
     if wz >= 0:
-        p, q, unit = seen_from_above(wz, across, law, state)
+        p, q, unit = seen_from_above(wz, across, parameters, state)
     else:
-        p, q, unit = seen_from_below(-wz / across, law.nu, state)
+        p, q, unit = seen_from_below(-wz / across, parameters.nu, state)
     cosine, sine = (ux / across, uy / across) if across > 0 else (1.0, 0.0)
-    mx = -law.scale_x * (p * cosine - q * sine)
-    my = -law.scale_y * (p * sine + q * cosine)
+    mx = -parameters.scale_x * (p * cosine - q * sine)
+    my = -parameters.scale_y * (p * sine + q * cosine)
     norm = np.sqrt(mx * mx + my * my + unit * unit)
     return mx / norm, my / norm, unit / norm
 
 
 @force_inlined
-def smith_step(dx, dy, dz, law, state):
+def smith_step(dx, dy, dz, parameters, state):
     """Height gained until the next facet, ∞ if there is none; and σ(−d)."""
-    across = np.sqrt((law.scale_x * dx) ** 2 + (law.scale_y * dy) ** 2)
-    area = above(abs(dz), across, law) + max(-dz, 0.0)
+    across = np.sqrt((parameters.scale_x * dx) ** 2 + (parameters.scale_y * dy) ** 2)
+    area = above(abs(dz), across, parameters) + max(-dz, 0.0)
     return -np.log(1 - uniform(state)) * dz / area, area
 
 
 @force_inlined
-def smith_walk(exits, events, most, i, law, facet, state):
+def smith_walk(exits, events, most, i, parameters, facet, state):
     """Walk ``len(exits)`` paths from light in direction i, at most ``most`` events each.
 
     Directions in which they leave go into exits, shape (walks, 3); numbers of facet
@@ -152,14 +152,14 @@ def smith_walk(exits, events, most, i, law, facet, state):
         h = 0.0
         order = body = 0
         while True:
-            gain, _ = smith_step(dx, dy, dz, law, state)
+            gain, _ = smith_step(dx, dy, dz, parameters, state)
             h += gain
             if dz > 0 and not h < 0:  # NaN is 0 · ∞: nothing left to meet
                 break
             if order == most:
                 body = OVER
                 break
-            mx, my, mz = visible_normal(-dx, -dy, -dz, law, state)
+            mx, my, mz = visible_normal(-dx, -dy, -dz, parameters, state)
             dx, dy, dz, body = scatter(dx, dy, dz, mx, my, mz, body, facet, state)
             order += 1
             if body < 0:
@@ -169,20 +169,24 @@ def smith_walk(exits, events, most, i, law, facet, state):
 
 
 @force_inlined
-def mirrored(dx, dy, dz, area, ox, oy, oz, law):
+def mirrored(dx, dy, dz, area, ox, oy, oz, parameters):
     """Density in sr⁻¹ of mirror directions at o, D(h)/(4 σ(−d)), and the cosine at the facet."""
     hx, hy, hz = ox - dx, oy - dy, oz - dz
     norm = np.sqrt(hx * hx + hy * hy + hz * hz)
     if not (hz > 0 and norm > 0):
         return 0.0, 1.0
-    t2 = (hx / (law.scale_x * hz)) ** 2 + (hy / (law.scale_y * hz)) ** 2
-    log_kernel = -t2 / 2 if law.nu == np.inf else -(law.nu / 2 + 1) * np.log1p(t2 / law.nu)
-    height = 1 / (8 * np.pi * law.scale_x * law.scale_y * area)
+    t2 = (hx / (parameters.scale_x * hz)) ** 2 + (hy / (parameters.scale_y * hz)) ** 2
+    log_kernel = (
+        -t2 / 2
+        if parameters.nu == np.inf
+        else -(parameters.nu / 2 + 1) * np.log1p(t2 / parameters.nu)
+    )
+    height = 1 / (8 * np.pi * parameters.scale_x * parameters.scale_y * area)
     return height * np.exp(log_kernel - 4 * np.log(hz / norm)), norm / 2
 
 
 @force_inlined
-def smith_next_event(values, first, last, i, o, law, facet, state):
+def smith_next_event(values, first, last, i, o, parameters, facet, state):
     """Estimate f cosθ_o of orders first … last, specular and body, shape (walks, 2).
 
     Walk k goes from i[k % len(i)]; at each facet it meets it adds what that facet sends
@@ -193,23 +197,23 @@ def smith_next_event(values, first, last, i, o, law, facet, state):
         ox, oy, oz = o[k % len(o)]
         dx, dy, dz = i[k % len(i)]
         dx, dy, dz = -dx, -dy, -dz
-        across = np.sqrt((law.scale_x * ox) ** 2 + (law.scale_y * oy) ** 2)
-        rate = above(oz, across, law) / oz  # Λ(o)
+        across = np.sqrt((parameters.scale_x * ox) ** 2 + (parameters.scale_y * oy) ** 2)
+        rate = above(oz, across, parameters) / oz  # Λ(o)
         h = specular = diffuse = 0.0
         order = body = 0
         while order < last:
-            gain, area = smith_step(dx, dy, dz, law, state)
+            gain, area = smith_step(dx, dy, dz, parameters, state)
             h += gain
             if dz > 0 and not h < 0:
                 break
-            mx, my, mz = visible_normal(-dx, -dy, -dz, law, state)
+            mx, my, mz = visible_normal(-dx, -dy, -dz, parameters, state)
             order += 1
             # Beyond BODY_EXACT events roulette takes the place of the weight.
             weight = facet.survival ** min(body, detector.BODY_EXACT)
             if order >= first:
                 out = weight * np.exp(h * rate)
                 if facet.interface:
-                    density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, law)
+                    density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, parameters)
                     value = out * density * reflected(mu, facet)
                     if body == 0:
                         specular += value

@@ -17,7 +17,7 @@ out on purpose, or it had more events than any walk can have, and is lost."""
 
 
 @dataclass(frozen=True)
-class Tally:
+class WalkTally:
     """What a number of walks came to; tallies add up.
 
     Attributes
@@ -42,17 +42,19 @@ class Tally:
         shape = (0, len(detector.ORDERS), detector.RINGS, detector.SECTORS)
         return cls(np.zeros(shape, np.int64), np.zeros(len(CAUSES), np.int64), 0, 0)
 
-    def __add__(self, other: "Tally") -> "Tally":
+    def __add__(self, other: "WalkTally") -> "WalkTally":
         """Add up; the one with fewer body events is padded with zeros."""
         longer, shorter = sorted((self.counts, other.counts), key=len, reverse=True)
         counts = longer.copy()
         counts[: len(shorter)] += shorter
-        return Tally(
+        return WalkTally(
             counts, self.ended + other.ended, self.paths + other.paths, self.events + other.events
         )
 
 
-def tally(exits: Array, events: NDArray[np.int64], phi_i: float, *, single: bool) -> Tally:
+def tally_walks(
+    exits: Array, events: NDArray[np.int64], phi_i: float, *, single: bool
+) -> WalkTally:
     """Count walks by bin.
 
     Parameters
@@ -90,4 +92,4 @@ def tally(exits: Array, events: NDArray[np.int64], phi_i: float, *, single: bool
     size = int(np.prod(shape[1:]))
     counts = np.bincount(code, minlength=size)
     counts = np.pad(counts, (0, -len(counts) % size)).reshape(shape)
-    return Tally(counts, ended, paths, total)
+    return WalkTally(counts, ended, paths, total)

@@ -1,10 +1,10 @@
 # mypy: allow-untyped-defs, allow-untyped-calls, allow-untyped-decorators
 # ruff: noqa: ANN001, ANN201 - numba finds the types
-"""Light between both facets of a groove, sent towards one direction o, compiled.
+"""Light between both facets of a V-cavity, sent towards one direction o, compiled.
 
 Facet a faces the azimuth of u, b is its mirror image, w = π − 2 tilt is the angle
 between them, and the place on a facet is its distance t in (0, 1] from the bottom, as in
-`walk_kernels`. Across the groove β in (0, π) is the angle of a direction from u upwards,
+`smith_kernels`. Across the V-cavity β in (0, π) is the angle of a direction from u upwards,
 and s = √(u² + z²) the length of what it has there. Unfolded at its mirrors a path is
 straight, and the facets are rays from the bottom w apart. So light that leaves towards o
 from the last facet, a if the number j of mirrors before it is even (else β is π − β),
@@ -14,13 +14,13 @@ from the last facet, a if the number j of mirrors before it is even (else β is 
 
 Chains of mirrors alone then have a density in closed form. k mirrors send i to o only if
 w = (β_i + β_o)/k with u along the horizontal part H of i + o, or against it, and
-dω_o = 2k |H| dθ dφ for a groove of tilt θ and azimuth φ. With P22 the density of slopes,
+dω_o = 2k |H| dθ dφ for a V-cavity of tilt θ and azimuth φ. With P22 the density of slopes,
 
     f cosθ_o = Σ_k Σ_±u P22 tanθ/(cos³θ 2k |H|) (s/i_z) V Π F,
     V = min(cos(β_i − w/2), cos(β_o − w/2)) − max(0, cos(β_i + w/2), cos(β_o + w/2)),
 
 where V > 0. One mirror is F D(h) G/(4 i_z), G of Torrance and Sparrow (1967). More are
-without bound as 1/|H| about the mirror direction, to which grooves of any azimuth send
+without bound as 1/|H| about the mirror direction, to which V-cavities of any azimuth send
 light; what a cone of directions receives is finite.
 """
 
@@ -47,7 +47,7 @@ def mirrored_part(slant, angle, width, count, facet):
 
 
 @force_inlined
-def lit(beta_i, beta_o, width):
+def illuminated(beta_i, beta_o, width):
     """V, its differences of cosines as products: of grazing light they would leave no digit."""
     half = np.sin(width / 2)
     both, apart = np.sin((beta_i + beta_o) / 2), beta_i - beta_o
@@ -61,14 +61,14 @@ def lit(beta_i, beta_o, width):
 
 
 @force_inlined
-def chain(k, ix, iy, iz, ox, oy, oz, law, facet):
+def chain(k, ix, iy, iz, ox, oy, oz, parameters, facet):
     """f cosθ_o of exactly k mirrors; of one as F D(h) G/(4 i_z), exact at grazing too.
 
     Within 1e−9 of the mirror direction k > 1 has the value at 1e−9 and azimuth across i.
     This is about its mean over the directions nearer than 2e−9.
     """
     if k == 1:
-        density, mu = mirrored(-ix, -iy, -iz, iz, ox, oy, oz, law)
+        density, mu = mirrored(-ix, -iy, -iz, iz, ox, oy, oz, parameters)
         masking = min(1.0, (iz + oz) * min(iz, oz) / (mu * mu))
         return density * masking * reflected(min(mu, 1.0), facet)
     hx, hy = ix + ox, iy + oy
@@ -83,13 +83,19 @@ def chain(k, ix, iy, iz, ox, oy, oz, law, facet):
         beta_i = np.arctan2(iz, along_i)
         beta_o = np.arctan2(oz, along_o if k % 2 == 1 else -along_o)
         width = (beta_i + beta_o) / k
-        part = lit(beta_i, beta_o, width)
+        part = illuminated(beta_i, beta_o, width)
         if part > 0:
             up, across = np.sin(width / 2), np.cos(width / 2)  # cosθ, sinθ
-            x, y = across / up * ux / law.scale_x, across / up * uy / law.scale_y
+            x, y = across / up * ux / parameters.scale_x, across / up * uy / parameters.scale_y
             t2 = x * x + y * y
-            log_kernel = -t2 / 2 if law.nu == np.inf else -(law.nu / 2 + 1) * np.log1p(t2 / law.nu)
-            density = np.exp(log_kernel - 4 * np.log(up)) / (2 * np.pi * law.scale_x * law.scale_y)
+            log_kernel = (
+                -t2 / 2
+                if parameters.nu == np.inf
+                else -(parameters.nu / 2 + 1) * np.log1p(t2 / parameters.nu)
+            )
+            density = np.exp(log_kernel - 4 * np.log(up)) / (
+                2 * np.pi * parameters.scale_x * parameters.scale_y
+            )
             slant = np.sqrt(along_i * along_i + iz * iz)
             light = mirrored_part(slant, beta_i - width / 2, width, k, facet)
             total += density * across * slant / iz * part * light
@@ -98,10 +104,10 @@ def chain(k, ix, iy, iz, ox, oy, oz, law, facet):
 
 
 @force_inlined
-def more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, law, facet, state):
+def more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, parameters, facet, state):
     """Unbiased estimates of f cosθ_o beyond SUMMED mirrors: k is reached by roulette (SUMMED/k)².
 
-    A ray that turns round in a groove meets it at cosines that do not depend on k, where
+    A ray that turns round in a V-cavity meets it at cosines that do not depend on k, where
     F < 1: the terms fall faster than any power, and the variance is finite. V > 0 asks
     for |β_i − β_o| < w, so that most pairs of directions have no long chains at all.
     """
@@ -113,7 +119,7 @@ def more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, law, facet, state)
         least = min(least, chances[draw])
     k = max(first, SUMMED + 1)
     while k <= last and least * k * k < SUMMED * SUMMED:
-        value = chain(k, ix, iy, iz, ox, oy, oz, law, facet)
+        value = chain(k, ix, iy, iz, ox, oy, oz, parameters, facet)
         if value > 0:
             for draw in range(len(values)):
                 if chances[draw] * k * k < SUMMED * SUMMED:
@@ -122,7 +128,7 @@ def more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, law, facet, state)
 
 
 @force_inlined
-def mirrors(means, errors, draws, first, last, i, o, law, facet, state):
+def mirrors(means, errors, draws, first, last, i, o, parameters, facet, state):
     """f cosθ_o of chains of first … last mirrors for each pair, and its standard error."""
     values = np.empty(draws)
     for pair in range(len(means)):
@@ -130,9 +136,9 @@ def mirrors(means, errors, draws, first, last, i, o, law, facet, state):
         ox, oy, oz = o[pair]
         total = 0.0
         for k in range(first, min(last, SUMMED) + 1):
-            total += chain(k, ix, iy, iz, ox, oy, oz, law, facet)
+            total += chain(k, ix, iy, iz, ox, oy, oz, parameters, facet)
         if last > SUMMED:
-            more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, law, facet, state)
+            more_mirrors(values, first, last, ix, iy, iz, ox, oy, oz, parameters, facet, state)
             total += values.mean()
             errors[pair] = values.std() / np.sqrt(draws - 1)
         means[pair] = total
@@ -140,7 +146,7 @@ def mirrors(means, errors, draws, first, last, i, o, law, facet, state):
 
 @force_inlined
 def sent(first, last, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state):
-    """Body light from the place t of a, through first … last mirrors of the groove, towards o.
+    """Body light from the place t of a, through first … last mirrors of the V-cavity, towards o.
 
     Beyond SUMMED mirrors j is reached by roulette SUMMED/j. A ray from one place fits few
     j, the longest about π/w: the variance is finite as the mean slope is, for γ > 3/2.
@@ -167,11 +173,11 @@ def sent(first, last, t, dx, dy, dz, ax, ay, az, ox, oy, oz, facet, state):
 
 
 @force_inlined
-def enter(dx, dy, dz, law, state):
-    """Facet a that light going along d meets first in a groove, and the place t where."""
-    # A groove offers the light its opening, whatever its slope: the distribution itself.
-    p, q = radial_slope(law.nu, state)
-    ax, ay = -law.scale_x * p, -law.scale_y * q
+def enter(dx, dy, dz, parameters, state):
+    """Facet a that light going along d meets first in a V-cavity, and the place t where."""
+    # A V-cavity offers the light its opening, whatever its slope: the distribution itself.
+    p, q = radial_slope(parameters.nu, state)
+    ax, ay = -parameters.scale_x * p, -parameters.scale_y * q
     norm = np.sqrt(ax * ax + ay * ay + 1)
     ax, ay, az = ax / norm, ay / norm, 1 / norm
     to_a, to_b = -(dx * ax + dy * ay + dz * az), dx * ax + dy * ay - dz * az
@@ -184,7 +190,7 @@ def enter(dx, dy, dz, law, state):
 
 @force_inlined
 def cross(t, dx, dy, dz, ax, ay, az):
-    """Place on the other facet where a ray from t of a meets it, 0 if it leaves the groove."""
+    """Place on the other facet where a ray from t of a meets it, 0 if it leaves the V-cavity."""
     leaving = t * max(dx * ax + dy * ay + dz * az, 0.0)
     towards = dx * ax + dy * ay - dz * az
     if dz > 0 and leaving >= towards:
@@ -193,11 +199,11 @@ def cross(t, dx, dy, dz, ax, ay, az):
 
 
 @force_inlined
-def vcavity_walk(exits, events, most, i, law, facet, state):
-    """As `walk_kernels.smith_walk`, between both facets of a groove (Torrance, Sparrow 1967)."""
+def vcavity_walk(exits, events, most, i, parameters, facet, state):
+    """As `smith_kernels.smith_walk`, between both facets of a V-cavity (Torrance, Sparrow 1967)."""
     for k in range(len(exits)):
         dx, dy, dz = -i[0], -i[1], -i[2]
-        ax, ay, az, t = enter(dx, dy, dz, law, state)
+        ax, ay, az, t = enter(dx, dy, dz, parameters, state)
         order = body = 0
         while t > 0:
             if order == most:
@@ -214,7 +220,7 @@ def vcavity_walk(exits, events, most, i, law, facet, state):
 
 
 @force_inlined
-def groove_next_event(values, first, last, i, o, law, facet, state):
+def vcavity_next_event(values, first, last, i, o, parameters, facet, state):
     """Estimate f cosθ_o of orders first … last with body events, into values[:, 1].
 
     Walk k goes from i[k % len(i)] as in `vcavity_walk`; at each facet it meets it adds
@@ -224,7 +230,7 @@ def groove_next_event(values, first, last, i, o, law, facet, state):
         ox, oy, oz = o[k % len(o)]
         dx, dy, dz = i[k % len(i)]
         dx, dy, dz = -dx, -dy, -dz
-        ax, ay, az, t = enter(dx, dy, dz, law, state)
+        ax, ay, az, t = enter(dx, dy, dz, parameters, state)
         order = body = 0
         total = 0.0
         while t > 0 and order < last:

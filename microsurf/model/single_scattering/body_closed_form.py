@@ -7,7 +7,7 @@ In the slopes of a facet, with X_w = w·(−p, −q, 1)/w_z and g = 1/√(1 + p�
 Three steps replace the integral over the facets.
 
 1. g^k times an STD is close to another STD of lighter tail: γ + k/2, of the same
-   mass and the same second moments (`_law`). Its mass and width are numbers of the
+   mass and the same second moments (`_slope_parameters`). Its mass and width are numbers of the
    material, not of the directions, and are summed in ln slope once a call.
 2. Under that Student t, E[X_i₊ X_o₊] is a partial moment in closed form where i and
    o lie in one plane, ρ = ±1, ρ the cosine between their azimuths in scaled slopes.
@@ -44,7 +44,7 @@ from .facets import Facets, Masking
 Array = NDArray[np.float64]
 
 
-class Spread(NamedTuple):
+class CosineSpread(NamedTuple):
     """Constants of the spread of the cosines about their mean, see `_passed`."""
 
     steep: float  # by the slope along the direction …
@@ -53,7 +53,7 @@ class Spread(NamedTuple):
     aligned: float  # … its change with ρ
 
 
-SPREAD = Spread(1.696, 0.496, 0.517, 0.919)
+SPREAD = CosineSpread(1.696, 0.496, 0.517, 0.919)
 
 # E of the module's text where ρ = −1 is kept above this part of that at ρ = 1: beyond
 # it rounding is left of it, and it divides.
@@ -64,7 +64,7 @@ _AZIMUTHS = np.pi * (np.arange(16) + 0.5) / 32
 _BEND = np.pi / 2 - 1
 
 
-class _Law(NamedTuple):
+class _ScaledSlopes(NamedTuple):
     """An STD times g^k: a mass times a bivariate Student t."""
 
     mass: float
@@ -72,7 +72,7 @@ class _Law(NamedTuple):
     scale: Array  # of the slopes p and q, shape (2,)
 
 
-def _law(gamma: float, sigma_x: float, sigma_y: float, k: int) -> _Law:
+def _slope_parameters(gamma: float, sigma_x: float, sigma_y: float, k: int) -> _ScaledSlopes:
     """Student t of the mass and the second moments of STD times g^k, k = 1 or 2.
 
     With u = 1/(γ − 1), E[1/g] = (1 + (σ² − u) E[g]/2)/(1 − u/2) by parts, so that the
@@ -89,7 +89,7 @@ def _law(gamma: float, sigma_x: float, sigma_y: float, k: int) -> _Law:
     moment = np.mean(across * (longer - mass) / sigma2, axis=1) / np.mean(mass)
     nu = 2 * gamma - 2 + k
     scale = np.array([sigma_x, sigma_y]) * np.sqrt(moment * (1 - 2 / nu))
-    return _Law(float(np.mean(mass)), nu, scale)
+    return _ScaledSlopes(float(np.mean(mass)), nu, scale)
 
 
 def _partial(c: Array, nu: float, order: int) -> list[Array]:
@@ -97,15 +97,15 @@ def _partial(c: Array, nu: float, order: int) -> list[Array]:
     constant = smith.log_student_constant(nu)
     if np.isinf(nu):
         edge = np.exp(constant - c**2 / 2)
-        found = [ndtr(c), -edge]
+        moments = [ndtr(c), -edge]
         for k in range(2, order + 1):
-            found.append((k - 1) * found[k - 2] - c ** (k - 1) * edge)
-        return found
+            moments.append((k - 1) * moments[k - 2] - c ** (k - 1) * edge)
+        return moments
     edge = nu * np.exp(constant - (nu - 1) / 2 * np.log1p(c**2 / nu))
-    found = [stdtr(nu, c), -edge / (nu - 1)]
+    moments = [stdtr(nu, c), -edge / (nu - 1)]
     for k in range(2, order + 1):
-        found.append(((k - 1) * nu * found[k - 2] - c ** (k - 1) * edge) / (nu - k))
-    return found
+        moments.append(((k - 1) * nu * moments[k - 2] - c ** (k - 1) * edge) / (nu - k))
+    return moments
 
 
 def _power(a: Array, nu: float, k: int) -> Array:
@@ -194,7 +194,7 @@ def _scaled(i: Array, o: Array, scale: Array) -> tuple[Array, Array, Array]:
     return a / i[:, 2], b / o[:, 2], np.clip(rho, -1.0, 1.0)
 
 
-def _passed(n: float, cosines: Array, rise: Array, rho: Array, spread: Spread) -> Array:
+def _passed(n: float, cosines: Array, rise: Array, rho: Array, spread: CosineSpread) -> Array:
     """Mean of T(i·m) T(o·m) about the mean cosines of i and o, both of shape (2, pairs).
 
     1/s² = 1/(share μ)² + 1/(steep rise sinθ_μ)² is the spread of a cosine with mean μ:
@@ -208,7 +208,7 @@ def _passed(n: float, cosines: Array, rise: Array, rho: Array, spread: Spread) -
     return np.asarray((np.prod(high + low, axis=0) + linked) / 4)
 
 
-def body(facets: Facets, i: Array, o: Array, spread: Spread = SPREAD) -> Array:
+def body(facets: Facets, i: Array, o: Array, spread: CosineSpread = SPREAD) -> Array:
     """f_b in sr⁻¹ at unit body weight, for unit directions of shape (pairs, 3) with z > 0.
 
     An approximation of `single.body` with Smith's height-correlated masking, whatever
@@ -219,20 +219,20 @@ def body(facets: Facets, i: Array, o: Array, spread: Spread = SPREAD) -> Array:
     maps them.
     """
     i, o = np.broadcast_arrays(i, o)
-    law = _law(*facets.std, 1)
-    a, b, rho = _scaled(i, o, law.scale)
-    seen = _both(_pair(a, b, law.nu, 2))
+    parameters = _slope_parameters(*facets.std, 1)
+    a, b, rho = _scaled(i, o, parameters.scale)
+    single = _both(_pair(a, b, parameters.nu, 2))
     even = (np.sqrt((1 - rho) * (1 + rho)) + rho * np.arcsin(rho) - 1) / _BEND
     masking = smith.g2_height_correlated(i, o, *facets.std)
-    value = law.mass / np.pi * masking * _between(seen, rho, even)
+    value = parameters.mass / np.pi * masking * _between(single, rho, even)
     if facets.n == 1:
         return np.asarray(value)
-    second = _law(*facets.std, 2)
+    second = _slope_parameters(*facets.std, 2)
     a, b, rho = _scaled(i, o, second.scale)
     pair = _pair(a, b, second.nu, 3)
     both = _both(pair)
     z = np.stack([i[:, 2], o[:, 2]])
-    shortened = second.mass / law.mass * both / seen
+    shortened = second.mass / parameters.mass * both / single
     means = [shortened * _mean(*w, pair, both) for w in ((a, b), (b, a))]
     cosines = np.stack([_cosine(*w, rho) for w in zip(z, means, strict=True)])
     passed = _passed(facets.n, cosines, z * np.stack([a, b]), rho, spread)

@@ -56,8 +56,8 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
         return _bins(scene, facets, *np.radians(angles))
 
     with ThreadPoolExecutor(memory.cores()) as pool:
-        found = list(pool.map(at, product(thetas, own_phis)))
-    for k, (bins, error) in enumerate(found):
+        lobes = list(pool.map(at, product(thetas, own_phis)))
+    for k, (bins, error) in enumerate(lobes):
         t, p = divmod(k, len(own_phis))
         flux[0, t, p if len(own_phis) > 1 else slice(None), 0] = bins
         errors = np.maximum(errors, error)

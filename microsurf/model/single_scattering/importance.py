@@ -72,10 +72,14 @@ def density(scene: Scene, i: Array, o: Array, *, several: bool) -> Array:
     spread = (1 - share) * np.maximum(o[..., 2], 0) / np.pi
     if scene.requires.roughness and scene.requires.interface:
         rough = scene.roughness
-        law = rough.gamma, rough.sigma_x, rough.sigma_y
+        parameters = rough.gamma, rough.sigma_x, rough.sigma_y
         above = np.where(up[..., None], i, [0.0, 0.0, 1.0])
         h = above + np.where(up[..., None], o, [0.0, 0.0, 1.0])
         h = h / np.linalg.norm(h, axis=-1, keepdims=True)
-        mirrored = smith.g1(above, *law) * student_t.distribution(h, *law) / (4 * above[..., 2])
+        mirrored = (
+            smith.g1(above, *parameters)
+            * student_t.distribution(h, *parameters)
+            / (4 * above[..., 2])
+        )
         spread = spread + share * mirrored
     return np.where(up, spread, 0.0)

@@ -51,20 +51,20 @@ def integrate(
 
     """
     cells = _graded(theta_i, _bins(theta_i))
-    asked = 0
+    evaluations = 0
     energy = error = np.zeros(0)
     for depth in range(_DEPTH):
         bins = _bin_of(cells)
         fine = _integrals(function, phi_i, cells, _NODES)
         off = np.abs(fine - _integrals(function, phi_i, cells, _CHECK))
-        asked += len(cells) * (_NODES**2 + _CHECK**2)
+        evaluations += len(cells) * (_NODES**2 + _CHECK**2)
         if depth == 0:
             energy = np.zeros((len(fine), detector.RINGS * detector.SECTORS))
             error = np.zeros(len(fine))
         sums = energy + _summed(fine, bins)
         allowed = _TOLERANCE * sums[:, bins] + _FLOOR * sums.sum(axis=1, keepdims=True)
         done = np.all(off <= allowed, axis=0)
-        if depth == _DEPTH - 1 or asked > _MOST:
+        if depth == _DEPTH - 1 or evaluations > _MOST:
             done[:] = True
         energy += _summed(fine[:, done], bins[done])
         error += off[:, done].sum(axis=1)

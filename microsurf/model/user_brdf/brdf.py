@@ -77,7 +77,7 @@ class UserBrdf:
         try:
             # Copies: a callable may work in place. What it prints must not get into --json.
             with contextlib.redirect_stdout(sys.stderr):
-                found = self.function(i.copy(), o.copy(), **more)
+                returned = self.function(i.copy(), o.copy(), **more)
         except InputError:
             raise
         except (Exception, SystemExit) as error:
@@ -85,8 +85,8 @@ class UserBrdf:
                 f"--model {self.name}: {type(error).__name__} at {len(i)} directions: "
                 f"{str(error)[:_LINE]}; mend the callable"
             ) from error
-        pair = isinstance(found, tuple | list) and len(found) == 2
-        parts = dict(zip((SPECULAR, BODY), found, strict=True)) if pair else {ALL: found}
+        pair = isinstance(returned, tuple | list) and len(returned) == 2
+        parts = dict(zip((SPECULAR, BODY), returned, strict=True)) if pair else {ALL: returned}
         return {part: self._checked(part, values, i, o) for part, values in parts.items()}
 
     def _checked(self, part: str, values: Any, i: Array, o: Array) -> Array:
@@ -157,7 +157,7 @@ def load(name: str) -> UserBrdf:
 
 
 def has_values(scene: Scene) -> bool:
-    """Whether a scene's light can be told by values f(i, o): no mirror and no spike as narrow."""
+    """Whether values f(i, o) can describe a scene: no mirror and no spike as narrow."""
     smooth = scene.surface.file is None and min(scene.roughness.sigma) < SMOOTHEST
     return not (smooth and scene.requires.interface)
 

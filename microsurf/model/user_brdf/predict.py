@@ -77,8 +77,8 @@ def _lobes(
     i = direction(theta, phi)
 
     def values(which: UserBrdf, o: Array) -> Array:
-        found = which.evaluate(np.broadcast_to(i, o.shape), o, scene)
-        return np.stack(list(found.values()))
+        parts = which.evaluate(np.broadcast_to(i, o.shape), o, scene)
+        return np.stack(list(parts.values()))
 
     bins, error = integrate(lambda o: values(brdf, o), theta, phi)
     names = (ALL,) if len(bins) == 1 else (SPECULAR, BODY)

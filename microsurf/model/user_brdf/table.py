@@ -51,7 +51,7 @@ class Table:
 
     def __call__(self, i: Array, o: Array) -> Array | tuple[Array, ...]:
         """Values at directions of shape (n, 3); i must be among the table's."""
-        found = np.zeros((len(self.values), len(i)))
+        interpolated = np.zeros((len(self.values), len(i)))
         theta = np.degrees(np.arctan2(np.hypot(i[:, 0], i[:, 1]), i[:, 2]))
         azimuth = np.degrees(np.arctan2(i[:, 1], i[:, 0]))
         t = _nearest(self.name, "theta_i", self.theta_i, theta)
@@ -68,8 +68,8 @@ class Table:
             rows = (t == pair[0]) & (p == pair[1])
             for part, values in enumerate(self.values[:, pair[0], pair[1]]):
                 grid = RegularGridInterpolator((self.theta_o, self.phi_o), values)
-                found[part, rows] = grid(places[rows])
-        return tuple(found) if len(found) == 2 else found[0]
+                interpolated[part, rows] = grid(places[rows])
+        return tuple(interpolated) if len(interpolated) == 2 else interpolated[0]
 
     @property
     def _half(self) -> bool:
@@ -127,9 +127,9 @@ def read_table(path: Path) -> Table:
                 f"{path}: row {line}, {name} = {rows[line - 1, k]:g}: must be "
                 f"{low:g} … {high:g} degrees"
             )
-        axis, place = np.unique(np.round(rows[:, k], 6), return_inverse=True)
+        axis, position = np.unique(np.round(rows[:, k], 6), return_inverse=True)
         axes.append(axis)
-        index.append(place)
+        index.append(position)
     shape = tuple(len(axis) for axis in axes)
     flat = np.ravel_multi_index(tuple(index), shape)
     if len(rows) != np.prod(shape) or len(np.unique(flat)) != len(rows):

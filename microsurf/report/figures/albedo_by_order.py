@@ -25,7 +25,7 @@ def rows(
     Orders that carry no light are left out; so are those of the walk that others give.
     """
     n = scene.material.n
-    found: list[dict[str, Any]] = []
+    table: list[dict[str, Any]] = []
     for source, dataset in {MEASURED: measured, **predicted}.items():
         values = albedos.by_order(dataset, n, kd).sum("kind").isel(phi_i=0)
         first = 1 if source == MEASURED or dataset.sizes["order"] == 1 else 2
@@ -33,12 +33,12 @@ def rows(
             for t, theta in enumerate(scene.light.theta):
                 cell = values.sel(order=order).isel(theta_i=t).values
                 if cell.any():
-                    place = {
+                    incidence = {
                         "theta_i_deg": theta, "phi_i_deg": scene.light.phi[0], "kd": kd,
                         "source": source, "order": order,
                     }  # fmt: skip
-                    found.append(place | _interval(cell))
-    return found
+                    table.append(incidence | _interval(cell))
+    return table
 
 
 def _interval(values: np.ndarray) -> dict[str, float]:
@@ -53,8 +53,8 @@ def _interval(values: np.ndarray) -> dict[str, float]:
 def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a panel for each order, each with its own scale from 0."""
     orders = sorted({row["order"] for row in drawn})
-    made = new_figure(2.8, 7.1 if len(orders) > 1 else 3.5)
-    panels = made.subplots(1, max(len(orders), 1), squeeze=False)[0]
+    canvas = new_figure(2.8, 7.1 if len(orders) > 1 else 3.5)
+    panels = canvas.subplots(1, max(len(orders), 1), squeeze=False)[0]
     handles: dict[str, Any] = {}
     for panel, order in zip(panels, orders, strict=False):
         mine = [row for row in drawn if row["order"] == order]
@@ -80,8 +80,8 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
         panel.tick_params(labelsize=9)
         clean(panel)
     panels[0].set_ylabel("albedo")
-    made.legend(
+    canvas.legend(
         list(handles.values()), list(handles), loc="outside lower center",
         ncols=4 if len(orders) > 1 else 2, fontsize=SMALL, frameon=False,
     )  # fmt: skip
-    return made
+    return canvas

@@ -43,22 +43,22 @@ _BIN = 10.0  # degrees
 
 def rows(fit: BrdfFit) -> list[Row]:
     """Numbers of `figure`: lobes and residuals, a row each."""
-    found: list[Row] = []
+    result: list[Row] = []
     for curve in curves(fit):
         for kind, at, values in (
             ("measured", curve.measured_at, curve.measured),
             ("fitted", curve.fitted_at, curve.fitted),
         ):
-            found += [
+            result += [
                 {"kind": kind, "theta_i_deg": curve.theta_i, "theta_o_deg": a, "f_cos_per_sr": v}
                 for a, v in zip(at.tolist(), values.tolist(), strict=True)
             ]
     for name, (at, values) in _residuals(fit).items():
-        found += [
+        result += [
             {"kind": f"rms residual, {name}", "from_mirror_deg": a, "log_residual": v}
             for a, v in zip(at.tolist(), values.tolist(), strict=True)
         ]
-    return found
+    return result
 
 
 @own_style()
@@ -85,11 +85,11 @@ def _title(fit: BrdfFit) -> str:
     return ", ".join(parts)
 
 
-def _lobes(axes: "Axes", found: list[Curve]) -> None:
-    top = max(float(curve.measured.max()) for curve in found)
-    bright = [curve.measured[curve.measured > 0].min(initial=top) for curve in found]
+def _lobes(axes: "Axes", result: list[Curve]) -> None:
+    top = max(float(curve.measured.max()) for curve in result)
+    bright = [curve.measured[curve.measured > 0].min(initial=top) for curve in result]
     floor = max(min(map(float, bright)) / 2, top * 1e-5)
-    for k, curve in enumerate(found):
+    for k, curve in enumerate(result):
         colour, marker = _COLOURS[k % len(_COLOURS)], _MARKERS[k % len(_MARKERS)]
         axes.plot(
             curve.measured_at, np.where(curve.measured > 0, curve.measured, np.nan), marker,
@@ -109,18 +109,18 @@ def _lobes(axes: "Axes", found: list[Curve]) -> None:
 
 def _residuals(fit: BrdfFit) -> dict[str, tuple[Array, Array]]:
     """Root mean square of residuals in bins of the angle from the mirror direction."""
-    found: dict[str, tuple[Array, Array]] = {}
+    result: dict[str, tuple[Array, Array]] = {}
     every = {"all orders": fit.all_orders} if fit.all_orders else {}
     for name, one in {**fit.others, "std": fit.one_order, **every}.items():
         off = from_mirror(one.question.problem)
-        place = (off / _BIN).astype(int)
+        index = (off / _BIN).astype(int)
         weight = one.question.problem.known.sum(axis=1)
-        squares = np.bincount(place, np.sum(one.solution.residuals**2, axis=1))
-        counts = np.bincount(place, weight)
+        squares = np.bincount(index, np.sum(one.solution.residuals**2, axis=1))
+        counts = np.bincount(index, weight)
         kept = counts > 0
         at = (np.arange(len(counts)) + 0.5)[kept] * _BIN
-        found[name] = np.asarray(at), np.sqrt(squares[kept] / counts[kept])
-    return found
+        result[name] = np.asarray(at), np.sqrt(squares[kept] / counts[kept])
+    return result
 
 
 def _residual_panel(axes: "Axes", fit: BrdfFit) -> None:

@@ -30,16 +30,18 @@ _TITLES = (
 
 
 @own_style()
-def draw(found: Convergence, name: str) -> "Figure":
+def draw(convergence: Convergence, name: str) -> "Figure":
     """One incidence, the one nearest to 60°, and the first Kd; all others are in the table."""
     figure = new_figure(6.6)
     panels = figure.subplots(2, 2).ravel()
-    first = min(found.rays, key=lambda row: abs(row["theta_i"] - _SHOWN))
+    first = min(convergence.rays, key=lambda row: abs(row["theta_i"] - _SHOWN))
     shown = {key: first[key] for key in ("theta_i", "phi_i", "kd")}
-    _differences(panels[0], found.mesh, shown, "correlation", "cells per correlation length")
-    _differences(panels[1], found.tile, shown, "tile", "side of the tile in correlation lengths")
-    _deviations(panels[2], found, "realisations", shown, "surfaces in the mean")
-    _deviations(panels[3], found, "rays", shown, "paths on one surface")
+    _differences(panels[0], convergence.mesh, shown, "correlation", "cells per correlation length")
+    _differences(
+        panels[1], convergence.tile, shown, "tile", "side of the tile in correlation lengths"
+    )
+    _deviations(panels[2], convergence, "realisations", shown, "surfaces in the mean")
+    _deviations(panels[3], convergence, "rays", shown, "paths on one surface")
     for panel, title in zip(panels, _TITLES, strict=True):
         panel.set_title(title, fontsize=9.5)
     handles: dict[str, Any] = {}
@@ -92,9 +94,11 @@ def _differences(panel: "Axes", rows: list[Row], shown: Row, key: str, label: st
     clean(panel)
 
 
-def _deviations(panel: "Axes", found: Convergence, study: str, shown: Row, label: str) -> None:
+def _deviations(
+    panel: "Axes", convergence: Convergence, study: str, shown: Row, label: str
+) -> None:
     """Measured standard errors of a mean against 1/√N."""
-    rows = getattr(found, study)
+    rows = getattr(convergence, study)
     if not rows:
         _nothing(panel, label)
         return
@@ -108,7 +112,7 @@ def _deviations(panel: "Axes", found: Convergence, study: str, shown: Row, label
         y = scale * np.array([row["deviation"] for row in mine])
         # ln s has the standard error 1/√(2ν) of ν degrees of freedom.
         factor = np.exp(1.96 / np.sqrt([2 * (row[count] - 1) for row in mine]))
-        fit = _rows([row for row in found.powers if row["study"] == study], shown, name)[0]
+        fit = _rows([row for row in convergence.powers if row["study"] == study], shown, name)[0]
         panel.errorbar(
             x, y, [y - y / factor, y * factor - y], color=colour, marker=marker, markersize=4.5,
             capsize=3, linestyle="none", label=f"{text}: {_exponent(fit)}",

@@ -43,22 +43,22 @@ def figure(rows: Sequence[dict[str, Any]]) -> "Figure":
     """Draw rows of `budget.rows` of one Kd and azimuth: a panel for each of PANELS."""
     names = [q for q in PANELS if any(r["quantity"] == q and r["predicted"] > 0 for r in rows)]
     terms = drawn_terms(rows)
-    made = new_figure(3.1)
-    panels = made.subplots(1, max(len(names), 1), squeeze=False)[0]
+    canvas = new_figure(3.1)
+    panels = canvas.subplots(1, max(len(names), 1), squeeze=False)[0]
     for panel, name in zip(panels, names, strict=False):
         _panel(panel, [row for row in rows if row["quantity"] == name], terms)
         panel.set_title(PANELS[name], fontsize=9)
     panels[0].set_ylabel("part of the prediction (%)", fontsize=9)
     handles, labels = panels[0].get_legend_handles_labels()
-    found = dict(zip(labels, handles, strict=True))
+    entries = dict(zip(labels, handles, strict=True))
     for panel in panels[1:]:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    made.legend(
-        found.values(), found.keys(), loc="outside lower center", ncols=3, fontsize=SMALL,
+            entries.setdefault(label, handle)
+    canvas.legend(
+        entries.values(), entries.keys(), loc="outside lower center", ncols=3, fontsize=SMALL,
         frameon=False,
     )  # fmt: skip
-    return made
+    return canvas
 
 
 def _panel(panel: "Axes", rows: list[dict[str, Any]], terms: list[str]) -> None:

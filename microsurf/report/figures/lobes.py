@@ -44,15 +44,15 @@ def rows(
     ``low`` and ``high`` are the ends of the 95 % band of `bands`, for what is measured.
     ``theta_o_deg`` is signed, positive on the mirror side.
     """
-    found = []
+    table = []
     for t, theta in enumerate(scene.light.theta):
         at = {"theta_i": t, "phi_i": 0}
-        place = {"theta_i_deg": theta, "phi_i_deg": scene.light.phi[0], "kd": kd}
+        incidence = {"theta_i_deg": theta, "phi_i_deg": scene.light.phi[0], "kd": kd}
         if measured is not None:
-            found += [place | row for row in _of_measured(measured.isel(at), scene, kd)]
+            table += [incidence | row for row in _of_measured(measured.isel(at), scene, kd)]
         for key, prediction in predicted.items():
-            found += [place | row for row in _of_predicted(key, prediction.isel(at), scene, kd)]
-    return found
+            table += [incidence | row for row in _of_predicted(key, prediction.isel(at), scene, kd)]
+    return table
 
 
 def _of_measured(measured: xr.Dataset, scene: Scene, kd: float) -> Iterator[dict[str, Any]]:
@@ -108,8 +108,8 @@ def figure(
     thetas = list(dict.fromkeys(row["theta_i_deg"] for row in drawn))
     columns = 2 if len(thetas) > 1 else 1
     lines = -(-len(thetas) // columns)
-    made = new_figure(2.5 * lines + 1.2)
-    panels = made.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    canvas = new_figure(2.5 * lines + 1.2)
+    panels = canvas.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
     for theta, panel in zip(thetas, panels, strict=False):
         mine = [row for row in drawn if row["theta_i_deg"] == theta]
         for (source, name), curve in groupby(mine, lambda row: (row["source"], row["quantity"])):
@@ -138,12 +138,12 @@ def figure(
     }
     # Columns of three: what is measured, Smith, others.
     handles = dict(sorted(handles.items(), key=lambda item: _rank(item[0])))
-    made.legend(
+    canvas.legend(
         list(handles.values()), list(handles), loc="outside lower center",
         ncols=max(1, min(3, _LINE // max(map(len, handles)))),
         fontsize=SMALL, frameon=False,
     )  # fmt: skip
-    return made
+    return canvas
 
 
 def _rank(label: str) -> int:

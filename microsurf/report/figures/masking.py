@@ -20,7 +20,7 @@ _CONFIDENCE = 0.95
 _ACROSS = 2
 
 
-def rows(found: Sequence[dict[str, Any]], surfaces: int) -> list[dict[str, Any]]:
+def rows(table: Sequence[dict[str, Any]], surfaces: int) -> list[dict[str, Any]]:
     """Rows of `masking.masking_by_slope` with the 95 % intervals that are drawn.
 
     ``surfaces`` is their number: Student's t over them; normal over the rays of one.
@@ -31,7 +31,7 @@ def rows(found: Sequence[dict[str, Any]], surfaces: int) -> list[dict[str, Any]]
         else float(stats.norm.ppf((1 + _CONFIDENCE) / 2))
     )
     drawn = []
-    for row in found:
+    for row in table:
         ends = {
             f"{name}_{end}": row[name] + sign * factor * row[f"{name}_se"]
             for name in _STYLES
@@ -49,8 +49,8 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     thetas = list(dict.fromkeys(row["theta_i"] for row in drawn))
     across = min(_ACROSS, len(thetas))
     down = -(-len(thetas) // across)
-    made = new_figure(0.8 + 2.5 * down)
-    panels = made.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+    canvas = new_figure(0.8 + 2.5 * down)
+    panels = canvas.subplots(down, across, sharex=True, sharey=True, squeeze=False)
     for panel, theta in zip(panels.ravel(), thetas, strict=False):
         _panel(panel, [row for row in drawn if row["theta_i"] == theta])
         panel.set_title(rf"$\theta_i$ = {theta:g}°", fontsize=10)
@@ -67,8 +67,10 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
         Line2D([], [], color=colour, linestyle=line, label=f"{name} Smith")
         for colour, _, line, name in _STYLES.values()
     ]
-    made.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=SMALL, frameon=False)
-    return made
+    canvas.legend(
+        handles=handles, loc="outside lower center", ncols=4, fontsize=SMALL, frameon=False
+    )
+    return canvas
 
 
 def _panel(panel: "Axes", mine: list[dict[str, Any]]) -> None:

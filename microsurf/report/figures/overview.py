@@ -38,21 +38,21 @@ def rows(comparisons: Mapping[str, Sequence[Comparison]]) -> list[dict[str, Any]
 def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a line for each scene, within it its angles (and Kd) from top to bottom."""
     names = list(dict.fromkeys(row["scene"] for row in drawn))
-    made = new_figure(1.5 + 0.42 * len(names))
-    panels = made.subplots(1, len(albedos.QUANTITIES), sharey=True, sharex=True)
+    canvas = new_figure(1.5 + 0.42 * len(names))
+    panels = canvas.subplots(1, len(albedos.QUANTITIES), sharey=True, sharex=True)
     for panel, quantity in zip(panels, albedos.QUANTITIES, strict=True):
         colour, marker, label = QUANTITY_STYLE[quantity]
-        for place, name in enumerate(names):
+        for index, name in enumerate(names):
             mine = [r for r in drawn if r["scene"] == name and r["quantity"] == quantity]
             if not mine:
                 panel.text(
-                    0, place, "none", ha="center", va="center", fontsize=8.5, color="#555555",
+                    0, index, "none", ha="center", va="center", fontsize=8.5, color="#555555",
                     backgroundcolor="white",
                 )  # fmt: skip
                 continue
             margin = mine[0]["margin_percent"]
-            panel.barh(place, 2 * margin, 0.8, -margin, color=MARGIN, zorder=0)
-            for row, y in zip(mine, place + np.linspace(-0.3, 0.3, len(mine)), strict=True):
+            panel.barh(index, 2 * margin, 0.8, -margin, color=MARGIN, zorder=0)
+            for row, y in zip(mine, index + np.linspace(-0.3, 0.3, len(mine)), strict=True):
                 effect = row["effect_percent"]
                 panel.errorbar(
                     effect, y, xerr=[[effect - row["low_percent"]], [row["high_percent"] - effect]],
@@ -72,5 +72,7 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     panels[0].set_ylim(len(names) - 0.4, -0.6)
     panels[1].set_xlabel("measured / predicted − 1 (%), 95 % intervals")
     handles = verdicts.verdict_handles()
-    made.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
-    return made
+    canvas.legend(
+        handles=handles, loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False
+    )
+    return canvas

@@ -1,4 +1,4 @@
-"""Error against cost of every rung of the ladder: the frontier, and what lies behind it."""
+"""Error against cost of every method: the frontier, and what lies behind it."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -23,11 +23,11 @@ LEAST, MOST = 1e-4, 2.0
 """Errors are drawn within these: a flat mirror's peak is off by hundreds of times."""
 
 
-def rows(found: Tradeoff) -> list[dict[str, Any]]:
-    """One row for each rung and quantity: cost, error, both with their ranges, dominated by."""
+def rows(tradeoff: Tradeoff) -> list[dict[str, Any]]:
+    """One row for each method and quantity: cost, error, both with their ranges, dominated by."""
     table = []
-    for name, points in found.points.items():
-        for run, point in zip(found.runs, points, strict=True):
+    for name, points in tradeoff.points.items():
+        for run, point in zip(tradeoff.runs, points, strict=True):
             error = pareto.error(point.squared)
             table.append(
                 {
@@ -44,7 +44,7 @@ def rows(found: Tradeoff) -> list[dict[str, Any]]:
                     "error_low": error.low,
                     "error_high": error.high,
                     "error_below": error.below,
-                    "dominated_by": found.dominated[name].get(point.name),
+                    "dominated_by": tradeoff.dominated[name].get(point.name),
                 }
             )
     return table
@@ -56,18 +56,18 @@ LEVELS = (0.01, 0.03, 0.1)
 def within(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """What it costs to be wrong by no more than 1, 3 or 10 %, by quantity.
 
-    The cheapest rung whose error stays below with 95 % confidence; rung None if none does.
+    The cheapest method whose error stays below with 95 % confidence; method None if none does.
     """
-    found = []
+    table_within = []
     for name in CHOICES:
         mine = sorted((r for r in table if r["quantity"] == name), key=lambda r: r["seconds"])
         for level in LEVELS if mine else ():
             first = next((r for r in mine if r["error_below"] <= level), {})
-            found.append(
+            table_within.append(
                 {"quantity": name, "level": level}
                 | {key: first.get(key) for key in ("rung", "seconds", "error_below")}
             )
-    return found
+    return table_within
 
 
 @own_style()
@@ -89,17 +89,17 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> "Figure":
 
 
 _HOW = (
-    "hollow: dominated; line: frontier; bars: 95 %; arrow: not told from 0; "
+    "hollow: dominated; line: frontier; bars: 95 %; arrow: not distinguished from 0; "
     "0.01 % stands for less, 200 % for more"
 )
 
 
 def legend(drawn: "Figure", columns: int = 3, title: str = _HOW) -> None:
-    """Name each kind of rung once, below all panels."""
+    """Name each kind of method once, below all panels."""
     handles: dict[str, Any] = {}
     for panel in drawn.axes:
-        found = zip(*panel.get_legend_handles_labels(), strict=True)
-        handles |= {label: handle for handle, label in found}
+        entries = zip(*panel.get_legend_handles_labels(), strict=True)
+        handles |= {label: handle for handle, label in entries}
     drawn.legend(
         list(handles.values()), list(handles), loc="outside lower center", ncols=columns,
         fontsize=8, frameon=False, title_fontsize=8, title=title,
@@ -118,7 +118,7 @@ def draw_methods(panel: "Axes", table: Sequence[Mapping[str, Any]]) -> None:
         if known:
             low = value - 100 * _drawn(row["error_low"])
             bars, limit = [[low], [100 * _drawn(row["error_high"]) - value]], False
-        else:  # not told from 0: an arrow from what it stays below
+        else:  # not distinguished from 0: an arrow from what it stays below
             bars, limit = [[value / 2], [0.0]], True
         panel.errorbar(
             x, value, bars, ends, uplims=[limit], color=style.colour, marker=style.marker,

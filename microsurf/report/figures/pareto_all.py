@@ -25,7 +25,7 @@ Rows = Sequence[Mapping[str, Any]]
 def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> "Figure":
     """A small panel for each scene, by its rows of `frontier_plot.rows`, of one quantity.
 
-    A scene of one rung, which has no other to be compared with, gets none beside others.
+    A scene of one method, which has no other to be compared with, gets none beside others.
     """
     columns = 3
     several = {name: table for name, table in tables.items() if len({r["rung"] for r in table}) > 1}
@@ -50,12 +50,12 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> "Figure":
 
 
 def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
-    """For each quantity and rung the quartiles over scenes of error and relative cost.
+    """For each quantity and method the quartiles over scenes of error and relative cost.
 
-    The cost is in those of the scene's cheapest rung. Scenes of one rung, which has no
+    The cost is in those of the scene's cheapest method. Scenes of one method, which has no
     other to be compared with, are left out.
     """
-    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    pairs_by_method: dict[tuple[str, str], list[tuple[float, float]]] = {}
     models = {}
     for table in tables.values():
         for quantity in CHOICES:
@@ -64,9 +64,9 @@ def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
             for row in mine if len(mine) > 1 else ():
                 models[row["rung"]] = row["model"]
                 pair = row["error"], row["seconds"] / least
-                found.setdefault((quantity, row["rung"]), []).append(pair)
+                pairs_by_method.setdefault((quantity, row["rung"]), []).append(pair)
     rows = []
-    for (quantity, method), pairs in found.items():
+    for (quantity, method), pairs in pairs_by_method.items():
         row = {"quantity": quantity, "rung": method, "model": models[method], "scenes": len(pairs)}
         for name, values in zip(("error", "cost"), np.array(pairs).T, strict=True):
             quartiles = np.quantile(values, [0.25, 0.5, 0.75])

@@ -29,7 +29,7 @@ _PAIRS = 2  # of panels, side by side
 _THICK = 9  # most ticks along an axis
 
 
-def rows(found: Stability) -> list[dict[str, Any]]:
+def rows(stability: Stability) -> list[dict[str, Any]]:
     """Return the numbers behind the figures: of each cell the place least right."""
     return [
         {
@@ -42,22 +42,22 @@ def rows(found: Stability) -> list[dict[str, Any]]:
             "attainable": round(point.attainable, 2),
             "kept": round(point.kept, 2),
         }
-        for points in _by_function(found, tuple(GROUPS)).values()
+        for points in _by_function(stability, tuple(GROUPS)).values()
         for point in (min(cell, key=lambda point: point.right) for cell in _cells(points).values())
     ]
 
 
 @own_style()
-def figure(found: Stability, group: str) -> "Figure":
+def figure(stability: Stability, group: str) -> "Figure":
     """Draw all laws of a group of GROUPS, two panels each: measured, and attainable.
 
-    A cell is the worst over the law's other coordinates; a cross marks fewer than ENOUGH
+    A cell is the worst over the function's other coordinates; a cross marks fewer than ENOUGH
     digits beyond what the conditioning costs. Laws of one coordinate share a panel.
     """
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - late: only to draw
     from matplotlib.colors import BoundaryNorm  # noqa: PLC0415 - late: only to draw
 
-    panels = _panels(_by_function(found, (group,)))
+    panels = _panels(_by_function(stability, (group,)))
     lines = -(-len(panels) // _PAIRS)
     drawn = new_figure(2.35 * lines + 0.7, 10.2)
     axes = drawn.subplots(lines, 2 * _PAIRS, squeeze=False)
@@ -89,16 +89,16 @@ _Axis = tuple[str, list[str]]
 _Panel = tuple[str, _Cells, _Axis, _Axis]
 
 
-def _by_function(found: Stability, groups: tuple[str, ...]) -> dict[str, list[DomainPoint]]:
+def _by_function(stability: Stability, groups: tuple[str, ...]) -> dict[str, list[DomainPoint]]:
     functions: dict[str, list[DomainPoint]] = {}
-    for point in found.points:
+    for point in stability.points:
         if point.group in groups:
             functions.setdefault(point.function, []).append(point)
     return functions
 
 
 def _cells(points: list[DomainPoint]) -> _Cells:
-    """Gather points of a law that share the first two coordinates."""
+    """Gather points of a function that share the first two coordinates."""
     cells: _Cells = {}
     for point in points:
         ticks = [ticked(name, value) for name, value in point.coordinates.items()]
@@ -108,7 +108,7 @@ def _cells(points: list[DomainPoint]) -> _Cells:
 
 
 def _panels(functions: dict[str, list[DomainPoint]]) -> list[_Panel]:
-    """Cells of each law and its two axes; laws of one coordinate come last, together."""
+    """Cells of each function and its two axes; functions of one coordinate come last, together."""
     panels: list[_Panel] = []
     lone: list[DomainPoint] = []
     for name, points in functions.items():

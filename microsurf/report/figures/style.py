@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette: told apart by the colour-blind; markers and lines say it again.
+# Okabe and Ito's palette: distinct to the colour-blind; markers and lines say it again.
 BLACK, ORANGE, BLUE, VERMILION, GREEN, PURPLE, GREY = (
     "#000000", "#E69F00", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#888888",
 )  # fmt: skip

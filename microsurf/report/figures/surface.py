@@ -59,8 +59,8 @@ def figure(drawn: Sequence[dict[str, Any]], gamma: float, unit: str) -> "Figure"
         name: np.array([[row["x"], row["y"]] for row in drawn if row["curve"] == name]).T
         for name in ("profile", "facets", "STD")
     }
-    made = new_figure(2.8)
-    left, right = made.subplots(1, 2, width_ratios=(1.4, 1))
+    canvas = new_figure(2.8)
+    left, right = canvas.subplots(1, 2, width_ratios=(1.4, 1))
     left.plot(*curves["profile"], color=BLACK, linewidth=0.9)
     left.set(xlabel=f"x ({unit})", ylabel=f"height ({unit})")
     left.set_title("profile: the row of median relief", fontsize=9)
@@ -76,4 +76,4 @@ def figure(drawn: Sequence[dict[str, Any]], gamma: float, unit: str) -> "Figure"
     right.set_title("slopes against STD", fontsize=9)
     right.legend(fontsize=SMALL, loc="lower left", framealpha=0.9)
     clean(right)
-    return made
+    return canvas

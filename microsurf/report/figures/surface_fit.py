@@ -52,19 +52,19 @@ def rows(study: SurfaceStudy) -> list[dict[str, Any]]:
     taken = np.unique(np.geomspace(1, slope.size, _POINTS).astype(int)) - 1
     taken = np.unique(np.concatenate([taken, slope.size - 1 - taken]))
     taken = taken[slope[taken] > 0]
-    found = _curve("facets", slope[taken], share[taken])
+    result = _curve("facets", slope[taken], share[taken])
     grid = np.geomspace(fit.sigma / 100, slope[-1] * 2, 200)
     for name in _STYLES:
         sigma = study.models[name]["sigma"]
-        found += _curve(name, grid, _share_steeper(grid / sigma, _gamma(study, name)))
+        result += _curve(name, grid, _share_steeper(grid / sigma, _gamma(study, name)))
     for row in study.scales:
-        found.append({
+        result.append({
             "curve": "scale", "x": float(np.sqrt(row["pixel"][0] * row["pixel"][1])),
             "gamma": row["gamma"], "gamma_low": row["gamma_ci"][0],
             "gamma_high": row["gamma_ci"][1], "sigma": row["sigma"],
             "sigma_low": row["sigma_ci"][0], "sigma_high": row["sigma_ci"][1],
         })  # fmt: skip
-    return found
+    return result
 
 
 def _scatter(study: SurfaceStudy) -> Array:
@@ -94,8 +94,8 @@ def _curve(name: str, x: Array, y: Array) -> list[dict[str, Any]]:
 @own_style()
 def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> "Figure":
     """Draw `rows`: slopes on the left, γ and σ by pixel on the right."""
-    made = new_figure(3.4)
-    slopes, scale = made.subplots(1, 2, width_ratios=(1.25, 1))
+    surface = new_figure(3.4)
+    slopes, scale = surface.subplots(1, 2, width_ratios=(1.25, 1))
     for name, (colour, line, width) in _STYLES.items():
         x, y = _points(drawn, name)
         model, gamma = study.models[name], _gamma(study, name)
@@ -111,12 +111,12 @@ def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> "Figure":
         xlim=(study.fit.sigma / 30, x.max() * 1.6), ylabel="share of facets steeper",
     )  # fmt: skip
     slopes.set_title("slopes of the facets", fontsize=9)
-    made.legend(
+    surface.legend(
         *slopes.get_legend_handles_labels(), fontsize=SMALL, loc="outside lower center", ncols=3
     )
     clean(slopes)
     _draw_scales(scale, [row for row in drawn if row["curve"] == "scale"], study)
-    return made
+    return surface
 
 
 def _mark_step(axes: "Axes", study: SurfaceStudy) -> None:

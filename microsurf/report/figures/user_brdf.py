@@ -37,13 +37,17 @@ def rows(entry: Validation) -> list[Row]:
 def _rows(entry: Validation) -> Iterator[Row]:
     if entry.user_brdf is None:
         return
-    kd, own = next(iter(entry.user_brdf.predicted.items()))
+    kd, of_user = next(iter(entry.user_brdf.predicted.items()))
     names = list(dict.fromkeys(lobe.quantity for lobe in entry.user_brdf.lobes))
     for t, theta in enumerate(entry.scene.light.theta):
-        place = {"theta_i": t, "phi_i": 0}
+        index = {"theta_i": t, "phi_i": 0}
         three = [
-            cut(dataset.isel(place), entry.scene, kd)
-            for dataset in (entry.measured, own, theory_of(entry, names[0]) if names else own)
+            cut(dataset.isel(index), entry.scene, kd)
+            for dataset in (
+                entry.measured,
+                of_user,
+                theory_of(entry, names[0]) if names else of_user,
+            )
         ]
         for name in names:
             measured, user_brdf, theory = (
@@ -53,7 +57,7 @@ def _rows(entry: Validation) -> Iterator[Row]:
                 for density in three
             )
             band = half_widths(
-                {name: measured}, entry.measured.isel(place), entry.scene, kd
+                {name: measured}, entry.measured.isel(index), entry.scene, kd
             )[name]  # fmt: skip
             for k, theta_o in enumerate(measured.theta_o.values):
                 yield {
@@ -71,9 +75,9 @@ def _rows(entry: Validation) -> Iterator[Row]:
 @own_style()
 def figure(entry: Validation) -> "Figure":
     """Draw measured (points, 95 % bands), theory (lines) and user BRDF (dashes), log scale."""
-    found = rows(entry)
-    names = list(dict.fromkeys(row["quantity"] for row in found))
-    thetas = list(dict.fromkeys(row["theta_i_deg"] for row in found))
+    table = rows(entry)
+    names = list(dict.fromkeys(row["quantity"] for row in table))
+    thetas = list(dict.fromkeys(row["theta_i_deg"] for row in table))
     drawn = new_figure(2.7 * len(names) + 0.6, max(3.4 * len(thetas), 5.0))
     panels = drawn.subplots(len(names), len(thetas), squeeze=False, sharex=True, sharey="row")
     for name, line in zip(names, panels, strict=True):
@@ -81,7 +85,7 @@ def figure(entry: Validation) -> "Figure":
             _lobe(
                 panel,
                 name,
-                [r for r in found if (r["quantity"], r["theta_i_deg"]) == (name, theta)],
+                [r for r in table if (r["quantity"], r["theta_i_deg"]) == (name, theta)],
             )
             panel.set_title(rf"{_STYLES[name][2]}, $\theta_i$ = {theta:g}°", fontsize=9)
         line[0].set_ylabel("BRDF (1/sr)")
@@ -92,16 +96,16 @@ def figure(entry: Validation) -> "Figure":
     return drawn
 
 
-def _lobe(panel: "Axes", name: str, found: list[Row]) -> None:
+def _lobe(panel: "Axes", name: str, table: list[Row]) -> None:
     colour, marker, _ = _STYLES[name]
-    theta, measured, half, own, theory = (
-        np.array([row[key] for row in found])
+    theta, measured, half, user_brdf, theory = (
+        np.array([row[key] for row in table])
         for key in (
             "theta_o_deg", "measured_per_sr", "half_width_per_sr", "user_brdf_per_sr",
             "theory_per_sr",
         )
     )  # fmt: skip
-    top = float(max(measured.max(), own.max(), theory.max()))
+    top = float(max(measured.max(), user_brdf.max(), theory.max()))
     floor = max(top * _DARK, 1e-300)
     panel.fill_between(
         theta, np.maximum(measured - half, floor / 10), measured + half, color=colour, alpha=0.25,
@@ -114,8 +118,8 @@ def _lobe(panel: "Axes", name: str, found: list[Row]) -> None:
     )  # fmt: skip
     panel.plot(theta, np.where(theory > 0, theory, np.nan), color=colour, label="theory")
     panel.plot(
-        theta, np.where(own > 0, own, np.nan), color="#009E73", linestyle="--", linewidth=1.8,
-        label="user BRDF",
+        theta, np.where(user_brdf > 0, user_brdf, np.nan), color="#009E73", linestyle="--",
+        linewidth=1.8, label="user BRDF",
     )  # fmt: skip
     bottom = float(min(measured[measured > 0].min(initial=top), theory.min()))
     panel.set(yscale="log", xlim=(-90, 90), ylim=(max(bottom / 2, floor), top * 2))

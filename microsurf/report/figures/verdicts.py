@@ -45,8 +45,8 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     from matplotlib.patches import Patch  # noqa: PLC0415 - late: only to draw
 
     names = [q for q in albedos.QUANTITIES if any(row["quantity"] == q for row in drawn)]
-    made = new_figure(2.9)
-    panels = made.subplots(1, max(len(names), 1), squeeze=False)[0]
+    canvas = new_figure(2.9)
+    panels = canvas.subplots(1, max(len(names), 1), squeeze=False)[0]
     for panel, name in zip(panels, names, strict=False):
         mine = [row for row in drawn if row["quantity"] == name]
         colour, marker, label = QUANTITY_STYLE[name]
@@ -69,11 +69,11 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
         panel.set_title(f"{label}, margin ±{margin:g} %", fontsize=9)
         clean(panel)
     panels[0].set_ylabel("measured / predicted − 1 (%)", fontsize=9)
-    made.legend(
+    canvas.legend(
         handles=[Patch(color=MARGIN, label="margin"), *verdict_handles()],
         loc="outside lower center", ncols=4, fontsize=SMALL, frameon=False,
     )  # fmt: skip
-    return made
+    return canvas
 
 
 def verdict_handles() -> "list[Line2D]":

@@ -29,7 +29,7 @@ def read(path: Path) -> MeasuredBrdf:
     Raises
     ------
     InputError
-        If it has no line VARS, is truncated, or the unit of its angles can't be told.
+        If it has no line VARS, is truncated, or the unit of its angles can't be known.
 
     """
     lines = read_text(path).splitlines()

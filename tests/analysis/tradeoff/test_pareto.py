@@ -34,7 +34,7 @@ def test_an_exact_reference_gives_the_plain_distance():
 def test_intervals_cover(bias, size, judge):
     """95 % of 400 intervals hold the true E, or more.
 
-    A rung of one noisy draw of sd 0.01 in each of ``size`` components against eight draws
+    A method of one noisy draw of sd 0.01 in each of ``size`` components against eight draws
     of the reference: E² = bias² + noise².
     """
     rng = np.random.default_rng(judge.seed(3))

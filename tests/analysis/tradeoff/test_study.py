@@ -1,4 +1,4 @@
-"""The ladder on a small scene: all rungs run, the books of errors and costs, what is refused."""
+"""The ladder on a small scene: all methods run, the books of errors and costs, what is refused."""
 
 import csv
 import json
@@ -37,7 +37,7 @@ FLAT = replace(SCENE, roughness=Roughness(2.0, (0.0,)))
 
 @pytest.fixture(scope="module")
 def found():
-    """The ladder without the V-cavity's rung, which takes longer than all others."""
+    """The ladder without the V-cavity's method, which takes longer than all others."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delitem(model.MODELS, "vcavity")
         return tradeoff(SCENE, TINY, seed=5)
@@ -134,7 +134,7 @@ def test_where_nothing_holds_it_says_so_and_what_it_would_take(strict):
     assert found.chosen is None
     assert not found.skipped
     assert found.best.error.below == min(one.error.below for one in found.tried)
-    assert "no rung was shown" in found.note
+    assert "no method was shown" in found.note
     assert "surfaces" in found.note
     assert found.reference.surfaces == TINY.most
 

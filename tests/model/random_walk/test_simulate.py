@@ -12,7 +12,7 @@ from microsurf.invariants.walk_furnace import furnace
 from microsurf.model import all_orders
 from microsurf.model.random_walk import facet_kernels, smith_kernels
 from microsurf.model.random_walk.evaluate import evaluate_walk
-from microsurf.model.random_walk.parameters import facet_of, law_of, stream
+from microsurf.model.random_walk.parameters import slope_parameters, stream, walk_facet
 from microsurf.model.random_walk.simulate import MOST_EVENTS, walk
 from microsurf.physics import facet, fresnel
 from microsurf.physics import visible_normals as visible
@@ -22,7 +22,7 @@ from microsurf.stats.hypothesis_tests import chi_square, z_test
 
 CLOSED = {"smith-walk": "smith", "vcavity-walk": "vcavity"}
 GOLD = Scene(material=Material(0.43, k=2.455), roughness=Roughness(2.0, (0.5,)))
-GOLD_FACET = facet_of(GOLD, 0.0)
+GOLD_FACET = walk_facet(GOLD, 0.0)
 MATERIALS = {"IL": (1.5, 0.8), "mirror": (1.5, 0.0), "Lambertian": (1.0, 0.8)}
 ISOTROPIC, ANISOTROPIC = (2.0, (0.5,)), (8.0, (0.7, 0.2))
 
@@ -70,23 +70,23 @@ def test_the_kernels_transmittance_is_the_law_of_physics():
 @pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.0001, 3.0, 8.0, 1e3, 1e6, 1e9, np.inf])
 def test_the_table_holds_the_projected_area(gamma):
     """Within 1e−10 of the area at the horizon, for rays up, at random heights and at the ends."""
-    law = law_of(gamma, 0.5, 0.2)
+    parameters = slope_parameters(gamma, 0.5, 0.2)
     rng = np.random.default_rng(1)
     theta = np.concatenate([rng.random(2000) * 90, 90 - np.geomspace(1e-7, 1, 300), [0.0, 90.0]])
     for t in theta:
         w = direction(t, 360 * rng.random())
-        across = np.hypot(law.scale_x * w[0], law.scale_y * w[1])
+        across = np.hypot(parameters.scale_x * w[0], parameters.scale_y * w[1])
         expected = visible.projected_area(w, gamma, 0.5, 0.2) - w[2]
         assert (
-            abs(smith_kernels.above(w[2], across, law) - expected)
-            < 1e-10 * law.excess * across + 1e-16
+            abs(smith_kernels.above(w[2], across, parameters) - expected)
+            < 1e-10 * parameters.excess * across + 1e-16
         )
 
 
 @njit
-def visible_normals(out, wx, wy, wz, law, state):
+def visible_normals(out, wx, wy, wz, parameters, state):
     for k in range(len(out)):
-        out[k] = smith_kernels.visible_normal(wx, wy, wz, law, state)
+        out[k] = smith_kernels.visible_normal(wx, wy, wz, parameters, state)
 
 
 @pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.5, 8.0, 1e6, np.inf])
@@ -94,15 +94,15 @@ def test_kernel_draws_the_visible_normals_of_physics(gamma, judge):
     """Two-sample Kolmogorov–Smirnov."""
     levels = []
     count, thetas = 50_000, (0, 30, 75, 89.999, 90, 91, 120, 170)
-    law, state, rng = (
-        law_of(gamma, 0.5, 0.2),
+    parameters, state, rng = (
+        slope_parameters(gamma, 0.5, 0.2),
         random_state(judge.seed(0)),
         np.random.default_rng(judge.seed(2)),
     )
     for theta in thetas:
         w = direction(theta, 40)
         m = np.zeros((count, 3))
-        visible_normals(m, *w, law, state)
+        visible_normals(m, *w, parameters, state)
         np.testing.assert_allclose(np.linalg.norm(m, axis=1), 1, rtol=1e-14)
         assert (m @ w > -1e-15).all()
         expected = visible.sample(np.tile(w, (count, 1)), gamma, 0.5, 0.2, rng)
@@ -161,7 +161,7 @@ def test_order_one_is_the_closed_form_at_ten_million_walks(kind, roughness, mate
 
 
 def test_the_two_models_are_told_apart(judge):
-    """The negative control: order 1 of grooves must fail against Smith's."""
+    """The negative control: order 1 of V-cavities must fail against Smith's."""
     asked = scene(theta=(70.0,), kd=0.0)
     walked = walk(asked, "vcavity-walk", walks=200_000, seed=judge.seed(0))
     error = albedos.ray_error(walked, "specular", 1.5, 0.0)
@@ -248,8 +248,10 @@ def white(gamma, sigma, n, theta, walks, seed, cap=MOST_EVENTS):
     """Deviation of the evaluated white furnace from 1, in standard errors."""
     values = np.zeros(walks)
     asked = scene((gamma, (sigma,)), n, 1.0)
-    law = law_of(gamma, sigma, sigma)
-    furnace(values, direction(theta, 0), law, facet_of(asked, 1.0), random_state(seed), cap)
+    parameters = slope_parameters(gamma, sigma, sigma)
+    furnace(
+        values, direction(theta, 0), parameters, walk_facet(asked, 1.0), random_state(seed), cap
+    )
     return (values.mean() - 1) / (values.std() / np.sqrt(walks))
 
 
@@ -283,10 +285,10 @@ def test_white_furnace_at_a_million_walks(gamma, judge):
 def test_a_capped_walk_or_a_wrong_law_fails_the_white_furnace():
     """The negative controls: eight events are not all, and r_e matters."""
     assert white(1.6, 2.0, 1.5, 0, walks=100_000, seed=1, cap=8) < -10
-    values, right = np.zeros(100_000), facet_of(scene(), 1.0)
+    values, right = np.zeros(100_000), walk_facet(scene(), 1.0)
     wrong = right._replace(escape=0.95 * right.escape)  # r_e of another index
-    law = law_of(2.0, 0.1, 0.1)
-    furnace(values, direction(60, 0), law, wrong, random_state(), MOST_EVENTS)
+    parameters = slope_parameters(2.0, 0.1, 0.1)
+    furnace(values, direction(60, 0), parameters, wrong, random_state(), MOST_EVENTS)
     assert values.mean() - 1 > 10 * values.std() / np.sqrt(len(values))
 
 
@@ -311,9 +313,9 @@ def test_every_walk_is_accounted_for(kind):
 
 def test_thinned_long_walks_keep_their_light(judge):
     """Energy at Kd = 0.8 is the same whether long walks are thinned for 0.8 or not at all."""
-    law = (1.6, (2.0,))
-    thinned = walk(scene(law, kd=0.8, theta=(0.0,)), walks=100_000, seed=judge.seed(1))
-    whole = walk(scene(law, kd=1.0, theta=(0.0,)), walks=100_000, seed=judge.seed(2))
+    parameters = (1.6, (2.0,))
+    thinned = walk(scene(parameters, kd=0.8, theta=(0.0,)), walks=100_000, seed=judge.seed(1))
+    whole = walk(scene(parameters, kd=1.0, theta=(0.0,)), walks=100_000, seed=judge.seed(2))
     mean = [albedos.quantity(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
     error = [albedos.ray_error(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
     assert thinned.ended.sel(cause="absorbed").item() > 1000
@@ -334,7 +336,7 @@ def test_corner_of_heavy_tails_and_steep_slopes():
 
 @pytest.mark.parametrize("kind", all_orders())
 def test_same_bits_whatever_the_number_of_threads(kind, monkeypatch):
-    monkeypatch.setattr(import_module("microsurf.model.random_walk.simulate"), "PIECE", 3000)
+    monkeypatch.setattr(import_module("microsurf.model.random_walk.simulate"), "CHUNK", 3000)
     asked = scene(theta=(30.0,), phi=(0.0, 70.0))
     one, three = (walk(asked, kind, walks=20_000, seed=7, workers=w) for w in (1, 3))
     np.testing.assert_array_equal(one.flux, three.flux)

@@ -8,7 +8,7 @@ from brute import direction
 from microsurf import model
 from microsurf.model import MODELS
 from microsurf.model.random_walk.evaluate import evaluate_walk
-from microsurf.model.random_walk.parameters import facet_of, law_of, stream
+from microsurf.model.random_walk.parameters import slope_parameters, stream, walk_facet
 from microsurf.model.random_walk.vcavity_kernels import chain, more_mirrors
 from microsurf.model.single_scattering import brdf
 from microsurf.results import datasets, detector
@@ -28,7 +28,9 @@ def scene(gamma=2.0, sigma=(0.5,), material=IL, theta=60.0):
 
 def kernel_arguments(asked):
     rough = asked.roughness
-    return law_of(rough.gamma, rough.sigma_x, rough.sigma_y), facet_of(asked, asked.material.kd[0])
+    return slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y), walk_facet(
+        asked, asked.material.kd[0]
+    )
 
 
 MASKING = MODELS["vcavity"].masking
@@ -43,8 +45,8 @@ def test_one_mirror_is_the_closed_form(roughness, material):
     facets = brdf.Facets(material.n, asked.roughness.gamma, asked.roughness.sigma_x,
                            asked.roughness.sigma_y, MASKING, material.k)  # fmt: skip
     expected = brdf.specular(facets, LIGHT, EYE) * EYE[:, 2]
-    law, facet = kernel_arguments(asked)
-    found = [chain(1, *i, *o, law, facet) for i, o in zip(LIGHT, EYE, strict=True)]
+    parameters, facet = kernel_arguments(asked)
+    found = [chain(1, *i, *o, parameters, facet) for i, o in zip(LIGHT, EYE, strict=True)]
     # 1e−9 of the exponent at γ = 1e9, which one of the two rounds as a power.
     np.testing.assert_allclose(found, expected, rtol=1e-12 if asked.roughness.gamma < 1e6 else 1e-9)
 
@@ -81,7 +83,7 @@ def followed(k, i, o, u, azimuth, width, n):
 
 
 def chain_reference(k, i, o, gamma, sigma, n):
-    """f cosθ_o of k mirrors in 50 digits, each groove that leads to o followed ray by ray."""
+    """f cosθ_o of k mirrors in 50 digits, each V-cavity that leads to o followed ray by ray."""
     i, o = ([mp.mpf(float(x)) / mp.norm(w.tolist()) for x in w] for w in (i, o))
     h, azimuth = mp.hypot(i[0] + o[0], i[1] + o[1]), mp.atan2(i[1] + o[1], i[0] + o[0])
     cosine, sine = mp.cos(azimuth), mp.sin(azimuth)
@@ -116,9 +118,9 @@ def test_chains_are_the_rays_that_make_them(gamma, sigma, n):
 
     Exponents of the density at slopes to 1e7 are up to 100, and so many ε are lost; each
     of k factors F is right to a few ε. The lengths of i and o are right to ε, so the
-    azimuth of H to ε/|H|, and angles across the groove, s long there, to ε/(|H| s).
+    azimuth of H to ε/|H|, and angles across the V-cavity, s long there, to ε/(|H| s).
     """
-    law, facet = kernel_arguments(scene(gamma, sigma, Material(n, (0.0,))))
+    parameters, facet = kernel_arguments(scene(gamma, sigma, Material(n, (0.0,))))
     with mp.workdps(50):
         for pair in PAIRS + GRAZING:
             i, o = (direction(*w) for w in pair)
@@ -127,16 +129,19 @@ def test_chains_are_the_rays_that_make_them(gamma, sigma, n):
             for k in (1, 2, 3, 4, 5, 8, 9, 33):
                 exact = float(chain_reference(k, i, o, gamma, sigma, n))
                 rounding = np.finfo(float).eps * (128 + 8 * k + 8 / (h * slant))
-                found = chain(k, *i, *o, law, facet)
+                found = chain(k, *i, *o, parameters, facet)
                 assert found == pytest.approx(exact, rel=rounding, abs=0), (pair, k)
 
 
 def test_each_number_of_mirrors_is_reciprocal():
-    law, facet = kernel_arguments(scene(2.0, (1.0, 0.6), Material(4.0, (0.0,))))
+    parameters, facet = kernel_arguments(scene(2.0, (1.0, 0.6), Material(4.0, (0.0,))))
     seen = 0
     for k in range(1, 9):
         for i, o in zip(LIGHT, EYE, strict=True):
-            there, back = chain(k, *i, *o, law, facet) / o[2], chain(k, *o, *i, law, facet) / i[2]
+            there, back = (
+                chain(k, *i, *o, parameters, facet) / o[2],
+                chain(k, *o, *i, parameters, facet) / i[2],
+            )
             assert there == pytest.approx(back, rel=1e-9)
             seen += there > 0
     assert seen > 20
@@ -193,7 +198,7 @@ def test_bins_of_the_walk_by_order(walked, case, theta_o, sector, judge):
 
 def chain_energy(asked, k, rng, count=20_000):
     """∫ f cosθ_o dω_o of k mirrors, in polar coordinates of H: no caustic, no horizon."""
-    law, facet = kernel_arguments(asked)
+    parameters, facet = kernel_arguments(asked)
     i = direction(asked.light.theta[0], 0)
     values = np.zeros(count)
     for draw, azimuth in enumerate(rng.uniform(0, 2 * np.pi, count)):
@@ -202,7 +207,7 @@ def chain_energy(asked, k, rng, count=20_000):
         h = longest * rng.random()
         x, y = h * u - i[:2]
         z = np.sqrt(1 - x * x - y * y)
-        values[draw] = 2 * np.pi * longest * h * chain(k, *i, x, y, z, law, facet) / z
+        values[draw] = 2 * np.pi * longest * h * chain(k, *i, x, y, z, parameters, facet) / z
     return values.mean(), values.std() / np.sqrt(count)
 
 
@@ -271,15 +276,15 @@ def test_a_white_substrate_gives_back_what_mirrors_do_not(roughness, n, judge):
 def test_long_chains_are_drawn_without_bias(judge):
     """Chains of 33 and more of a nearly perfect mirror: drawn against summed one by one."""
     asked = scene(1.6, (5.0,), Material(0.05, k=50.0))
-    law, facet = kernel_arguments(asked)
+    parameters, facet = kernel_arguments(asked)
     i, o, state = (
         direction(20, 0),
         direction(20.2, 60),
         stream(np.random.default_rng(judge.seed(0))),
     )
-    summed = sum(chain(k, *i, *o, law, facet) for k in range(40, 200))
+    summed = sum(chain(k, *i, *o, parameters, facet) for k in range(40, 200))
     drawn = np.zeros(20_000)
-    more_mirrors(drawn, 40, 199, *i, *o, law, facet, state)
+    more_mirrors(drawn, 40, 199, *i, *o, parameters, facet, state)
     error = np.std(drawn) / np.sqrt(len(drawn))
     judge.near(np.mean(drawn), summed, error)
     judge.tells(np.mean(drawn), 1.5 * summed, error)  # the negative control
@@ -288,9 +293,9 @@ def test_long_chains_are_drawn_without_bias(judge):
 def test_the_caustic_of_the_mirror_direction_is_finite():
     """Chains of two and more grow as 1/|H| towards it, and are cut off at 1e−9."""
     asked = scene(2.0, (1.0,), Material(1.5, (0.0,)))
-    law, facet = kernel_arguments(asked)
+    parameters, facet = kernel_arguments(asked)
     i = direction(40, 0)
-    near, nearer = (chain(2, *i, *direction(40, 180 + d), law, facet) for d in (1e-4, 1e-5))
+    near, nearer = (chain(2, *i, *direction(40, 180 + d), parameters, facet) for d in (1e-4, 1e-5))
     assert nearer == pytest.approx(10 * near, rel=1e-3)
     i, o = np.array([i, direction(0, 0)]), np.array([direction(40, 180), direction(0, 0)])
     f, _ = evaluate_walk(asked, i, o, "vcavity-walk", 2, np.random.default_rng(0))

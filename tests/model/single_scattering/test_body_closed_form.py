@@ -47,10 +47,14 @@ def weighted(power, rise, gamma, sigma):
 @pytest.mark.parametrize("sigma", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize("gamma", [1.75, 2.0, 8.0, np.inf])
 def test_law_keeps_mass_and_second_moments(gamma, sigma, power):
-    law = body_closed_form._law(gamma, sigma, sigma, power)
-    assert law.mass == pytest.approx(weighted(power, 0, gamma, sigma), rel=1e-9)
-    variance = law.scale[0] ** 2 / (1 - 2 / law.nu)  # of a t with ν degrees of freedom
-    assert 2 * law.mass * variance == pytest.approx(weighted(power, 2, gamma, sigma), rel=1e-9)
+    parameters = body_closed_form._slope_parameters(gamma, sigma, sigma, power)
+    assert parameters.mass == pytest.approx(weighted(power, 0, gamma, sigma), rel=1e-9)
+    variance = parameters.scale[0] ** 2 / (
+        1 - 2 / parameters.nu
+    )  # of a t with ν degrees of freedom
+    assert 2 * parameters.mass * variance == pytest.approx(
+        weighted(power, 2, gamma, sigma), rel=1e-9
+    )
 
 
 def in_one_plane(a, b, side, nu):

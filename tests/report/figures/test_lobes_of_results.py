@@ -1,4 +1,4 @@
-"""Results drawn together: each with its own material, and told from the others."""
+"""Results drawn together: each with its own material, and distinguished from the others."""
 
 from dataclasses import replace
 

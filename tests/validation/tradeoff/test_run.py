@@ -17,8 +17,8 @@ TINY = TradeoffEffort(((1000, 4),), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
 FLAT = Scene(material=Material(1.5, (0.5,)), roughness=Roughness(2.0, (0.0,)))
 
 
-def told(values, costs):
-    """What a run says of rungs with these answers to a truth of 1, known to 0.1 %."""
+def separated_pairs(values, costs):
+    """What a run says of methods with these answers to a truth of 1, known to 0.1 %."""
     points = [
         MethodPoint(
             name, cost, cost / 1.1, cost * 1.1,
@@ -28,7 +28,7 @@ def told(values, costs):
     ]  # fmt: skip
     rows = [{"quantity": "albedo", "rung": name} for name in values]
     found = SimpleNamespace(points={"albedo": points})
-    return {"rows": rows, "told": frontiers.told(found)}
+    return {"rows": rows, "separated": frontiers.separated_pairs(found)}
 
 
 REFERENCE = np.array([[0.998], [0.999], [1.0], [1.001], [1.002]])
@@ -37,8 +37,8 @@ VALUES = {"a": 1.2, "b": 1.05, "c": 1.0502}
 
 
 def test_what_repeats_is_no_reversal():
-    one = told(VALUES, COSTS)
-    error, cost = frontiers.repeated("s", one, told({**VALUES, "a": 1.21}, COSTS))
+    one = separated_pairs(VALUES, COSTS)
+    error, cost = frontiers.repeated("s", one, separated_pairs({**VALUES, "a": 1.21}, COSTS))
     assert error["pairs"] == cost["pairs"] == 3
     # b and c cost the same within their ranges.
     assert (cost["separated_in_both"], cost["ties"], cost["reversed"]) == (2, 1, 0)
@@ -55,7 +55,9 @@ def test_what_repeats_is_no_reversal():
     ],
 )
 def test_a_planted_reversal_is_counted(values, costs, error, cost):
-    of_error, of_cost = frontiers.repeated("s", told(VALUES, COSTS), told(values, costs))
+    of_error, of_cost = frontiers.repeated(
+        "s", separated_pairs(VALUES, COSTS), separated_pairs(values, costs)
+    )
     assert (of_error["reversed"], of_cost["reversed"]) == (error, cost)
     for row in (of_error, of_cost):
         counted = ("separated_in_both", "separated_in_one", "ties", "reversed")
@@ -70,10 +72,10 @@ def test_a_planted_reversal_is_counted(values, costs, error, cost):
 
 
 def test_cost_is_counted_once_for_all_quantities():
-    run = told(VALUES, COSTS)
+    run = separated_pairs(VALUES, COSTS)
     several = {
         "rows": [row | {"quantity": q} for q in ("albedo", "peak") for row in run["rows"]],
-        "told": dict.fromkeys(("albedo", "peak"), run["told"]["albedo"]),
+        "separated": dict.fromkeys(("albedo", "peak"), run["separated"]["albedo"]),
     }
     table = frontiers.repeated("s", several, several)
     assert [row["of"] for row in table] == ["error", "cost", "error"]
@@ -99,13 +101,13 @@ def test_the_script_writes_goes_on_and_says_what_turned_round(tmp_path, monkeypa
     assert names == {"flat.csv", "frontiers.png", "over_all.png", "repeat.csv", "repeat.md"}
     monkeypatch.setattr(frontiers, "tradeoff", None)  # nothing is run again
     assert frontiers.main(words) == 0
-    turned = [told(VALUES, COSTS), told({**VALUES, "a": 1.01}, COSTS)]
+    turned = [separated_pairs(VALUES, COSTS), separated_pairs({**VALUES, "a": 1.01}, COSTS)]
     kept = frontiers.kept_run
 
     def made_up(path, run):
         found = kept(path, run)
         rows = [row | {"rung": name} for row in found["rows"] for name in VALUES]
-        return found | {"rows": rows, "told": turned[run]["told"]}
+        return found | {"rows": rows, "separated": turned[run]["separated"]}
 
     monkeypatch.setattr(frontiers, "kept_run", made_up)
     assert frontiers.main(words) == 1
