@@ -1,4 +1,4 @@
-"""Files are written whole or not at all."""
+"""Files are read from wherever they come, and written whole or not at all."""
 
 import ctypes
 import errno
@@ -21,14 +21,46 @@ _placing = threading.Lock()
 
 
 def check_readable(path: Path, instead: str) -> None:
-    """Refuse a path that is no file one may read; ``instead`` says what to do then."""
+    """Refuse a path that is no file one may read; ``instead`` says what to do then.
+
+    What can be read only once, such as a pipe, is refused too: see `read_once`.
+    """
+    _check_there(path, instead)
+    try:
+        if not path.is_file():
+            raise InputError(f"{path}: is a pipe or a device; save it as a file first")
+        path.open("rb").close()
+    except OSError as error:
+        raise InputError(f"{path}: can't be read ({error.strerror}); {instead}") from error
+
+
+def read_once(path: Path, instead: str, most: int) -> bytes:
+    """All of a file, a pipe or /dev/stdin, which `check_readable` would empty.
+
+    Raises
+    ------
+    InputError
+        If it is not there, may not be read, or has more than ``most`` bytes.
+
+    """
+    _check_there(path, instead)
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(most + 1)
+    except OSError as error:
+        raise InputError(f"{path}: can't be read ({error.strerror}); {instead}") from error
+    if len(content) > most:
+        raise InputError(f"{path}: too large, more than {most} bytes; {instead}")
+    return content
+
+
+def _check_there(path: Path, instead: str) -> None:
     _check_name(path)
     try:
         if path.is_dir():
             raise InputError(f"{path}: is a folder; {instead}")
-        if not path.is_file():
+        if not path.exists():
             raise InputError(f"{path}: no such file; {instead}")
-        path.open("rb").close()
     except OSError as error:
         raise InputError(f"{path}: can't be read ({error.strerror}); {instead}") from error
 
@@ -41,15 +73,27 @@ def _check_name(path: Path) -> None:
         raise InputError(f"{path}: its name is not text in UTF-8; rename it") from error
 
 
+def behind_links(path: Path) -> Path:
+    """Return the file that is written under this name: a link's target, as any program does."""
+    with suppress(OSError):  # of a name that no file can have
+        return Path(os.path.realpath(path)) if path.is_symlink() else path
+    return path
+
+
 def check_writable(path: Path) -> None:
     """Refuse a path that could not be written, before any work is done for it."""
+    path = behind_links(path)
     try:
+        if path.is_symlink():
+            raise InputError(f"{path}: is a link to itself; choose another")
+        if path.exists() and not path.is_dir() and not path.is_file():
+            raise InputError(f"{path}: is a pipe or a device; give the name of a file")
         if path.is_dir():
             raise InputError(f"{path}: is a folder; give the name of a file")
         if not path.parent.is_dir():
             raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
         # Permissions don't tell all, a file system may be read-only: try.
-        _beside(path).unlink()
+        _beside(path, path.suffix).unlink()
     except OSError as error:
         raise _refused(path, error) from error
 
@@ -58,18 +102,20 @@ def check_writable(path: Path) -> None:
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a temporary path beside ``path`` that takes its name if the block succeeds.
 
-    The temporary keeps the ending, by which writers choose their format.
+    The temporary keeps the ending, by which writers choose their format. A link stays one:
+    its target is written, whole or not at all.
     """
     check_writable(path)
+    target = behind_links(path)
     try:
-        temporary = _beside(path)
+        temporary = _beside(target, path.suffix)
     except OSError as error:
         raise _refused(path, error) from error
     try:
         with _known(temporary):
             yield temporary
             _to_disk(temporary)
-            temporary.replace(path)
+            temporary.replace(target)
     except OSError as error:
         raise MicrosurfError(
             f"{path}: could not be written ({error.strerror or error}); nothing was left there. "
@@ -80,7 +126,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             temporary.unlink()
 
 
-def _beside(path: Path) -> Path:
+def _beside(path: Path, ending: str) -> Path:
     """Make an empty file of its own name in the same folder.
 
     The system gives it the rights of any new file. To change them later, as `tempfile`
@@ -88,7 +134,7 @@ def _beside(path: Path) -> Path:
     umask that other threads would notice.
     """
     while True:
-        temporary = path.parent / f".{secrets.token_hex(6)}{path.suffix}"
+        temporary = path.parent / f".{secrets.token_hex(6)}{ending}"
         with suppress(FileExistsError):
             temporary.touch(exist_ok=False)
             return temporary

@@ -1,12 +1,13 @@
 import errno
 import os
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from microsurf.errors import InputError, MicrosurfError
-from microsurf.files import check_readable, check_writable, whole_file
+from microsurf.files import check_readable, check_writable, read_once, whole_file
 
 
 def test_a_whole_file_takes_its_name_at_the_end(tmp_path):
@@ -137,3 +138,62 @@ def test_the_umask_is_never_touched(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "umask", lambda _: pytest.fail("umask was set"))
     with whole_file(tmp_path / "a"):
         pass
+
+
+def test_a_link_stays_a_link_and_its_target_is_written_whole_or_not_at_all(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    target, link = tmp_path / "elsewhere" / "b", tmp_path / "a.txt"
+    link.symlink_to(Path("elsewhere") / "b")
+    with whole_file(link) as temporary:  # nothing there yet
+        assert temporary.parent == target.parent
+        assert temporary.suffix == ".txt"
+        temporary.write_text("new")
+    assert link.is_symlink()
+    assert not target.is_symlink()
+    assert target.read_text() == "new"
+
+    def fail():
+        with whole_file(link) as temporary:
+            temporary.write_text("half")
+            raise ValueError("stop")
+
+    with pytest.raises(ValueError, match="stop"):
+        fail()
+    assert target.read_text() == "new"
+    assert [p.name for p in target.parent.iterdir()] == ["b"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "elsewhere"]
+
+
+def test_links_that_lead_nowhere_and_devices_are_not_replaced(tmp_path):
+    for name, target, why in (
+        ("loop", "loop", "is a link to itself"),
+        ("away", "missing/a", "the folder .*missing does not exist"),
+        ("null", os.devnull, "is a pipe or a device"),
+        ("folder", tmp_path, "is a folder"),
+    ):
+        (tmp_path / name).symlink_to(target)
+        with pytest.raises(InputError, match=why):
+            check_writable(tmp_path / name)
+        with pytest.raises(InputError, match=why), whole_file(tmp_path / name):
+            pass
+        assert (tmp_path / name).is_symlink()
+    assert stat.S_ISCHR(Path(os.devnull).stat().st_mode)
+
+
+def test_a_pipe_is_read_once_and_a_file_no_further_than_asked(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(InputError, match="is a pipe or a device; save it"):
+        check_readable(pipe, "do this")
+    with ThreadPoolExecutor() as pool:
+        pool.submit(pipe.write_bytes, b"text")
+        assert read_once(pipe, "do this", 4) == b"text"
+    path = tmp_path / "file"
+    path.write_bytes(b"texts")
+    for wrong, why in (
+        (path, "too large, more than 4"),
+        (tmp_path, "is a folder"),
+        (tmp_path / "missing", "no such file"),
+    ):
+        with pytest.raises(InputError, match=f"{why}.*; do this"):
+            read_once(wrong, "do this", 4)

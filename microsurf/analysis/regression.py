@@ -17,7 +17,7 @@ import numpy as np
 from scipy import stats
 
 from ..errors import InputError
-from ..files import check_readable
+from ..files import read_once
 from ..stats.hypothesis_tests import holm
 
 SCHEMA = 3
@@ -27,6 +27,7 @@ QUADRATURE = 1e-4
 _ROUNDING = 1e-9
 """Relative difference that is no difference: sums in another order."""
 
+_MOST_BYTES = 1_000_000_000
 _LARGEST = 1e60
 """No figure of a report comes near; fourth powers of errors up to here are finite."""
 
@@ -60,9 +61,10 @@ def read_report(path: Path) -> dict[str, Any]:
     def refuse(what: str) -> NoReturn:
         raise InputError(f"--baseline {path}: {what}; give a report.json that validate wrote")
 
-    check_readable(path, "give a report.json that `microsurf validate` wrote")
+    instead = "give a report.json that `microsurf validate` wrote"
+    content = read_once(path, instead, _MOST_BYTES)
     try:
-        document = json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+        document = json.loads(content.decode(), parse_constant=refuse)
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise

@@ -9,12 +9,12 @@ from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.recommend import Judged, Recommendation, advise
 from ..analysis.tradeoff.study import CHOICES
 from ..scene import toml
-from .options import PATH, allow_truncated_tail, as_json, check_tail, effort, seed
+from .options import INPUT, allow_truncated_tail, as_json, check_tail, effort, seed
 from .output import show, write
 
 
 @click.command("advise")
-@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.argument("scene", type=INPUT, metavar="SCENE.toml")
 @click.option("--tolerance", type=float, required=True, help="Largest relative error, 1e-4 … 1.")
 @click.option(
     "--quantity",

@@ -14,6 +14,7 @@ from ..report.figures.convergence import draw
 from ..scene import Scene, toml
 from ..surface import notes_on_file
 from .options import (
+    INPUT,
     PATH,
     allow_truncated_tail,
     as_json,
@@ -35,7 +36,7 @@ _COLUMNS = (
 
 
 @click.command("convergence")
-@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.argument("scene", type=INPUT, metavar="SCENE.toml")
 @click.option("--out", type=PATH, help="Folder; default reports/convergence/ and the scene's name.")
 @click.option(
     "--effort",

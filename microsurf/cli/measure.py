@@ -11,13 +11,14 @@ import xarray as xr
 
 from .. import memory
 from ..errors import InputError, MicrosurfError
-from ..files import check_writable
+from ..files import behind_links, check_writable
 from ..results import albedos, datasets, detector, uncertainty
 from ..scene import Scene
 from ..surface import notes_on_file
 from ..trace import checkpoint, measure
 from ..trace.cluster import WorkerPool, connected
 from .options import (
+    INPUT,
     PATH,
     accuracy,
     allow_truncated_tail,
@@ -34,7 +35,6 @@ from .options import (
     roughness,
     say,
     seed,
-    with_mesh_chosen,
     workers,
 )
 from .output import check_ending, show
@@ -42,7 +42,7 @@ from .planned import planned
 
 
 @click.command("measure")
-@click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
+@click.argument("scene_file", type=INPUT, required=False, metavar="[SCENE.toml]")
 @click.option(
     "--surface",
     "surface_file",
@@ -83,7 +83,7 @@ def measure_command(
     """  # noqa: D301 - click keeps the lines after \b as they are
     if given["surface_file"] is None:
         check_described(scene_file, given)
-    scene = with_mesh_chosen(compose(scene_file, **given), scene_file, given)
+    scene = compose(scene_file, choose_mesh=True, **given)
     check_from_file(scene, given)
     stated = {**check_tail(scene, allow_truncated_tail), **say(notes_on_file(scene))}
     memory.require_lobes(scene.surface.realisations, scene.light.angles)
@@ -91,7 +91,8 @@ def measure_command(
     if out is not None:
         check_ending(out, ".nc")
         check_writable(out)
-        parts = out.with_name(f"{out.name}.parts")
+        target = behind_links(out)  # the pieces must lie on the same disk
+        parts = target.with_name(f"{target.name}.parts")
     elif resume:
         raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
     surface_paths = None
@@ -163,7 +164,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Iterator[WorkerPool | N
 
 def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
     """Write the result, then remove the pieces; killed in between, it leaves no half file."""
-    whole = parts / checkpoint.RESULT
+    whole, out = parts / checkpoint.RESULT, behind_links(out)
     datasets.save(measured, whole)
     try:
         whole.replace(out)

@@ -13,7 +13,16 @@ from ..errors import InputError
 from ..files import check_readable
 from ..scene import Accuracy, Scene, tail_limit, toml
 
+
+class _Input(click.Path):
+    """A path to read; - is what is piped in, as for other programs."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return super().convert("/dev/stdin" if value == "-" else value, param, ctx)
+
+
 PATH = click.Path(path_type=Path)
+INPUT = _Input(path_type=Path)
 _MAX_WORKERS = 1024
 _MESH = {"cells", "correlation"}
 _OF_MADE_SURFACES = ("gamma", "sigma", "sigma_y", "cells", "correlation", "structure")
@@ -176,9 +185,12 @@ def check_tail(scene: Scene, allow_truncated_tail: bool) -> dict[str, str]:
     return {"truncated_tail": left_out}
 
 
-def compose(file: Path | None, **given: Any) -> Scene:
-    """Build the scene of a command: its file, if any, with the options over it."""
-    base = toml.read(file) if file else Scene()
+def compose(file: Path | None, choose_mesh: bool = False, **given: Any) -> Scene:
+    """Build the scene of a command: its file, if any, with the options over it.
+
+    ``choose_mesh``: on the mesh that the accuracy takes, unless the file or an option names one.
+    """
+    base, tables = toml.read_with_tables(file) if file else (Scene(), {})
 
     def over(part: Any, **values: Any) -> Any:
         return replace(part, **{k: v for k, v in values.items() if v is not None})
@@ -192,7 +204,7 @@ def compose(file: Path | None, **given: Any) -> Scene:
     if kd is None and given.get("k"):
         kd = ()  # a conductor has no substrate, whatever the base's
     surface_file = given.get("surface_file")
-    return replace(
+    scene = replace(
         base,
         material=over(base.material, n=given.get("n"), kd=kd, k=given.get("k")),
         roughness=over(base.roughness, gamma=given.get("gamma"), sigma=sigma),
@@ -214,14 +226,9 @@ def compose(file: Path | None, **given: Any) -> Scene:
         light=over(base.light, theta=given.get("theta"), phi=given.get("phi")),
         accuracy=_accuracy(base.accuracy, given),
     )
-
-
-def with_mesh_chosen(scene: Scene, file: Path | None, given: dict[str, Any]) -> Scene:
-    """On the mesh that the accuracy takes, unless the scene file or an option names one."""
     named = {name for name in _MESH if given.get(name) is not None}
-    if file is not None:
-        named |= _MESH & toml.says(file, "surface")
-    return scene if named else planning.with_mesh(scene)
+    named |= _MESH & set(tables.get("surface", {}))
+    return planning.with_mesh(scene) if choose_mesh and not named else scene
 
 
 def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:

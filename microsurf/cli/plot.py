@@ -8,12 +8,12 @@ from .. import report
 from ..files import check_writable
 from ..results import datasets
 from ..scene import Material
-from .options import PATH, as_json
+from .options import INPUT, PATH, as_json
 from .output import check_ending, show
 
 
 @click.command("plot")
-@click.argument("files", type=PATH, nargs=-1, required=True, metavar="FILE.nc …")
+@click.argument("files", type=INPUT, nargs=-1, required=True, metavar="FILE.nc …")
 @click.option("--kd", type=float, help="Substrate albedo; default the first of each result.")
 @click.option("--out", type=PATH, required=True, help="FILE.png, .pdf or .svg.")
 @as_json

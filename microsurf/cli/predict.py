@@ -12,16 +12,26 @@ from numpy.typing import NDArray
 
 from .. import model
 from ..errors import InputError
-from ..files import check_readable, check_writable
+from ..files import check_writable
 from ..results import albedos, datasets
 from ..scene import Scene
 from .models import ListsModels, ModelKey
-from .options import PATH, as_json, check_described, compose, light, material, roughness, seed
+from .options import (
+    INPUT,
+    PATH,
+    as_json,
+    check_described,
+    compose,
+    light,
+    material,
+    roughness,
+    seed,
+)
 from .output import check_ending, show, write
 
 
 @click.command("predict", cls=ListsModels)
-@click.argument("scene_file", type=PATH, required=False, metavar="[SCENE.toml]")
+@click.argument("scene_file", type=INPUT, required=False, metavar="[SCENE.toml]")
 @roughness
 @material
 @light
@@ -37,7 +47,7 @@ from .output import check_ending, show, write
     "--paths", type=int, help="Walks of a -walk: for each angle (default 1000000), or row (10000)."
 )
 @seed
-@click.option("--directions", type=PATH, help="CSV of theta_i,phi_i,theta_o,phi_o in degrees.")
+@click.option("--directions", type=INPUT, help="CSV of theta_i,phi_i,theta_o,phi_o in degrees.")
 @click.option("--out", type=PATH, help="Write the result as FILE.nc.")
 @as_json
 def predict_command(
@@ -113,31 +123,27 @@ def _print_directions(
 
 def _read_directions(file: Path) -> NDArray[np.float64]:
     wanted = ",".join(_COLUMNS)
-    check_readable(file, f"give a CSV with the columns {wanted}")
-    try:
-        with file.open(encoding="utf-8-sig", newline="") as lines:
-            reader = csv.DictReader(lines, skipinitialspace=True)
-            missing = [name for name in _COLUMNS if name not in (reader.fieldnames or ())]
-            rows = [] if missing else list(reader)
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{file}: not a CSV ({error}); give one with {wanted}") from error
-    if missing:
-        raise InputError(f"{file}: no column {missing[0]}; its first line must name {wanted}")
+    _, rows = model.read_columns(file, wanted, _COLUMNS)
     if not rows:
         raise InputError(f"{file}: holds no directions; give at least one under {wanted}")
-    return np.array([[_angle(file, k, row, c) for c in _COLUMNS] for k, row in enumerate(rows, 1)])
+    return np.array([_angles(file, k, row) for k, row in enumerate(rows, 1)])
 
 
-def _angle(file: Path, number: int, row: dict[str, str], column: str) -> float:
+def _angles(file: Path, number: int, row: list[str]) -> list[float]:
+    cells = [*row, *[""] * (len(_COLUMNS) - len(row))]
+    return [_angle(file, number, c, cell) for c, cell in zip(_COLUMNS, cells, strict=True)]
+
+
+def _angle(file: Path, number: int, column: str, cell: str) -> float:
     low, high = (0.0, 90.0) if column.startswith("theta") else (-360.0, 360.0)
     try:
-        angle = float(row[column])
-    except (TypeError, ValueError):
+        angle = float(cell)
+    except ValueError:
         angle = float("nan")
     inside = low <= angle < high or (angle == high and column.startswith("phi"))
     if not inside:
         allowed = "0 ≤ θ < 90" if column.startswith("theta") else "−360 … 360"
         raise InputError(
-            f"{file}: direction {number}, {column} = {row[column]!r}: must be {allowed} degrees"
+            f"{file}: direction {number}, {column} = {cell!r}: must be {allowed} degrees"
         )
     return angle

@@ -10,13 +10,13 @@ from ..analysis.tradeoff.study import QUANTITIES, Tradeoff, check, tradeoff
 from ..report import make_folder
 from ..report.figures.pareto import figure, rows, within
 from ..scene import toml
-from .options import PATH, allow_truncated_tail, as_json, check_tail, effort, seed
+from .options import INPUT, PATH, allow_truncated_tail, as_json, check_tail, effort, seed
 from .output import show, write
 from .save import rounded, save_study
 
 
 @click.command("tradeoff")
-@click.argument("scene", type=PATH, metavar="SCENE.toml")
+@click.argument("scene", type=INPUT, metavar="SCENE.toml")
 @click.option("--out", type=PATH, help="Folder; default reports/tradeoff/ and the scene's name.")
 @effort
 @seed

@@ -21,6 +21,7 @@ from ..scene.builtin import built_in_scenes
 from ..stability import survey
 from ..surface import StdFit
 from .options import (
+    INPUT,
     PATH,
     accuracy,
     allow_truncated_tail,
@@ -30,7 +31,6 @@ from .options import (
     dry_run,
     say,
     seed,
-    with_mesh_chosen,
     workers,
 )
 from .output import show, write
@@ -43,7 +43,7 @@ _ON_TOP = (
 
 
 @click.command("validate")
-@click.argument("scene_files", type=PATH, nargs=-1, metavar="[SCENE.toml …]")
+@click.argument("scene_files", type=INPUT, nargs=-1, metavar="[SCENE.toml …]")
 @click.option("--out", type=PATH, default=Path("reports/latest"), show_default=True)
 @accuracy
 @click.option("--realisations", type=int, help="Instead of what the scenes ask for.")
@@ -57,7 +57,7 @@ _ON_TOP = (
 @click.option(
     "--baseline",
     "old",
-    type=PATH,
+    type=INPUT,
     metavar="REPORT.json",
     help="Tell what moved beyond its error since this report; it does not change the exit code.",
 )
@@ -88,7 +88,7 @@ def validate_command(
     microsurf validate my_scene.toml --standard-error 1e-3 --dry-run
     """
     files = scene_files or built_in_scenes()
-    scenes = {file.stem: with_mesh_chosen(compose(file, **given), file, given) for file in files}
+    scenes = {file.stem: compose(file, choose_mesh=True, **given) for file in files}
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
     before = None if old is None else (str(old), regression.read_report(old))

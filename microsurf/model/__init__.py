@@ -8,6 +8,7 @@ it, `presets` the models of the literature. `UserBrdf` is a user BRDF in their p
 from . import presets
 from .brdf import Brdf
 from .citation import Citation
+from .csv_columns import read_columns
 from .directions import direction
 from .random_walk.evaluate import evaluate_walk
 from .random_walk.simulate import walk
@@ -37,5 +38,6 @@ __all__ = [
     "predict",
     "predict_user_brdf",
     "presets",
+    "read_columns",
     "walk",
 ]

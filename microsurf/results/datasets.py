@@ -11,6 +11,7 @@ long paths as share a bin of many body events are thinned out (`trace.wavefront`
 θ_o is signed, positive on the mirror side.
 """
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -19,11 +20,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import InputError, MicrosurfError
-from ..files import check_readable, whole_file
+from ..files import check_readable, read_once, whole_file
 from ..physics import facet
 from . import detector
 
 Array = NDArray[np.float64]
+
+_MOST_PIPED = 2**31
 
 _DIMENSIONS = ("realisation", "theta_i", "phi_i", "order", "body_events", "theta_o", "phi_o")
 
@@ -156,9 +159,14 @@ def load(path: Path) -> xr.Dataset:
         If the file is missing, truncated or not a result of microsurf.
 
     """
-    check_readable(path, "`microsurf measure --out FILE.nc` writes one")
+    instead = "`microsurf measure --out FILE.nc` writes one"
+    source: Path | io.BytesIO = path
+    if path.is_file():
+        check_readable(path, instead)
+    else:
+        source = io.BytesIO(read_once(path, instead, _MOST_PIPED))
     try:
-        result = xr.load_dataset(path, engine="scipy")
+        result = xr.load_dataset(source, engine="scipy")
     except Exception as error:  # scipy raises anything from TypeError to IndexError here
         raise InputError(f"{path}: not a netCDF file, or truncated; measure it again") from error
     if "flux" not in result or result.flux.dims != _DIMENSIONS:

@@ -1,6 +1,7 @@
 """Scenes as TOML: read with errors that teach, written so that they read back the same."""
 
 import difflib
+import io
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
@@ -10,7 +11,7 @@ from typing import Any
 import tomli_w
 
 from ..errors import InputError
-from ..files import check_readable
+from ..files import read_once
 from .expectation import QUANTITIES, Expectation
 from .scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 
@@ -59,25 +60,28 @@ def from_dict(document: Mapping[str, Any]) -> Scene:
 
 
 def read(path: Path) -> Scene:
-    """Read a scene file; a relative ``surface.file`` is looked for beside it."""
-    check_readable(path, "give a scene file (.toml)")
-    if path.stat().st_size > _MAX_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes is too large for a scene file")
+    """Read a scene file; a relative ``surface.file`` is looked for beside it.
+
+    If the scene comes from a pipe, it is looked for in the working directory.
+    """
+    return read_with_tables(path)[0]
+
+
+def read_with_tables(path: Path) -> tuple[Scene, Mapping[str, Any]]:
+    """Read a scene file, and its tables as they stand there, without what is left open."""
+    content = read_once(path, "give a scene file (.toml)", _MAX_BYTES)
     try:
-        scene = from_toml(path.read_text(encoding="utf-8-sig"))
+        text = io.StringIO(content.decode("utf-8-sig"), newline=None).read()
+        scene = from_toml(text)
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text in UTF-8; give a scene file (.toml)") from error
-    except (InputError, OSError) as error:
+    except InputError as error:
         raise InputError(f"{path}: {error}") from error
     if scene.surface.file is not None:
-        file = str(path.parent / scene.surface.file)
+        folder = path.parent if path.is_file() else Path()
+        file = str(folder / scene.surface.file)
         scene = replace(scene, surface=replace(scene.surface, file=file))
-    return scene
-
-
-def says(path: Path, section: str) -> set[str]:
-    """Names that a scene file, read before, sets itself in one of its tables."""
-    return set(tomllib.loads(path.read_text(encoding="utf-8-sig")).get(section, {}))
+    return scene, tomllib.loads(text)
 
 
 def from_toml(text: str) -> Scene:

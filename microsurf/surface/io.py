@@ -21,7 +21,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..files import whole_file
+from ..files import check_readable, whole_file
 from . import mesh_io, readers
 from .heightfield import Heightfield, Spacing, check_layout, spacing_pair
 from .measured import PIXELS, from_array, height_factor, marked, read_measured
@@ -124,8 +124,7 @@ def read_surface(
 
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; `microsurf surface --out FILE` writes one")
+    check_readable(path, "`microsurf surface --out FILE` writes one")
     ending = _ending(path, READ_ENDINGS)
     pixel = None if spacing is None else spacing_pair(spacing)
     foreign: dict[str, Any] = {"channel": channel, "voids": voids, "height_unit": height_unit,

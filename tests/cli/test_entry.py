@@ -238,6 +238,65 @@ def test_csv_of_a_spreadsheet_is_read(run):
     ran = run("predict", *SURFACE[:4], "--directions", "d.csv")
     assert ran.code == 0
     assert ran.out.splitlines()[1].startswith("30.0,0.0,10.0,180.0,")
+    Path("d.csv").write_text(
+        "theta_i ,phi_i , theta_o,\tphi_o,,\n ,\n 30 ,0 ,10, 180 ,,\n,,,,,\n\n", encoding="utf-8"
+    )
+    assert run("predict", *SURFACE[:4], "--directions", "d.csv").out == ran.out
+
+
+def piped(text, *arguments, name="-"):
+    """What the command prints of this on its standard input."""
+    command = [
+        sys.executable,
+        "-c",
+        "from microsurf.cli import main; main()",
+        *(name if a is None else str(a) for a in arguments),
+    ]
+    ran = subprocess.run(  # noqa: S603 - our own
+        command, input=text, capture_output=True, timeout=300, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout.decode()
+
+
+@pytest.mark.skipif(not Path("/dev/stdin").exists(), reason="needs /dev/stdin")
+@pytest.mark.parametrize("name", ["-", "/dev/stdin"])
+def test_what_is_piped_in_is_read_as_a_file_is(run, name):
+    text = CSV + "30,0,10,180\n"
+    Path("d.csv").write_text(text)
+    asked = ("predict", *SURFACE[:4], "--directions")
+    assert piped(text.encode(), *asked, None, name=name) == run(*asked, "d.csv").out
+    Path("scene.toml").write_text(SCENE)
+    asked = ("predict", None, "--theta", "30")
+    values = run("predict", "scene.toml", "--theta", "30", "--json").json
+    found = json.loads(piped(SCENE.encode(), *asked, "--json", name=name))
+    assert {**found, "seconds": 0} == {**values, "seconds": 0}
+
+
+@pytest.mark.skipif(not Path("/dev/stdin").exists(), reason="needs /dev/stdin")
+def test_a_piped_scene_keeps_its_mesh_and_finds_its_surface(run):
+    """The file is asked twice: for the scene, and whether it names a mesh."""
+    assert run("surface", *SURFACE, "--out", "s.npz").code == 0
+    text = '[surface]\nfile = "s.npz"\n[accuracy]\npaths = 100\n'
+    assert json.loads(piped(text.encode(), "measure", None, "--json"))["paths"] == 400
+    text = "[surface]\ncells = 8\nrealisations = 2\n[accuracy]\nstandard_error = 0.1\n"
+    dry = json.loads(piped(text.encode(), "measure", None, "--dry-run", "--json"))
+    assert dry["cells"] == 8
+
+
+def test_a_result_through_a_link_lies_where_the_link_leads(run):
+    Path("elsewhere").mkdir()
+    for name, command in (
+        ("m.nc", ("measure", *TINY, "--theta", "60")),
+        ("p.nc", ("predict", *SURFACE[:4], "--theta", "60")),
+        ("s.npz", ("surface", *SURFACE)),
+    ):
+        Path(name).symlink_to(Path("elsewhere") / name)
+        assert run(*command, "--out", name).code == 0
+        assert Path(name).is_symlink()
+        assert Path("elsewhere", name).is_file()
+    assert len(list(Path("elsewhere").iterdir())) == 3
+    piped(Path("m.nc").read_bytes(), "plot", None, "--out", "l.png")
 
 
 def test_results_are_written_and_plotted(run):
@@ -491,8 +550,8 @@ def test_truncated_results_and_scenes_are_refused(run, refused, part):
 
 
 def test_foreign_files_are_refused(run, refused):
-    Path("h.xyz").write_bytes(b"0 0 0")
-    refused("measure", "--surface", "h.xyz", names=("'.xyz'", ".npz"))
+    Path("h.bin").write_bytes(b"0 0 0")
+    refused("measure", "--surface", "h.bin", names=("'.bin'", ".npz"))
     Path("t.toml").write_bytes(b"\xff\xfe\x00")
     refused("measure", "t.toml", names=("t.toml", "UTF-8"))
     Path("t.toml").write_text("a" * 1_000_001)
@@ -524,6 +583,8 @@ CSV = "theta_i,phi_i,theta_o,phi_o\n"
         ("30,0,10,0\n", "no column theta_i"),
         ("theta_i;phi_i;theta_o;phi_o\n1;2;3;4\n", "no column theta_i"),
         ("theta_i,phi_i,theta_o\n1,2,3\n", "no column phi_o"),
+        (CSV + "30,0,10,0\n\n30,5,0,10,0\n", ("row 2 has 5 cells", "names 4", "a point")),
+        ("theta_i,phi_i,theta_o,phi_o, theta_i\n1,2,3,4,5\n", "two columns theta_i"),
     ],
 )
 def test_bad_directions_are_refused(refused, text, names):

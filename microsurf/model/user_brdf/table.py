@@ -7,7 +7,6 @@ beyond: 3e−4 of the hemisphere); φ_o all around, or with one phi_i half aroun
 then mirrored. Incidence is not interpolated: a scene's angles must be in the table.
 """
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from ...errors import InputError
-from ...files import check_readable
+from ..csv_columns import read_columns
 
 Array = NDArray[np.float64]
 
@@ -174,30 +173,21 @@ def _closed(path: Path, axes: list[Array], values: Array) -> Table:
 
 def _read(path: Path) -> tuple[tuple[str, ...], Array]:
     """Columns of values, and all rows: four angles and the values."""
-    check_readable(path, f"give a CSV with the columns {_WANTED}")
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as lines:
-            reader = csv.reader(lines, skipinitialspace=True)
-            header = [name.strip() for name in next(reader, [])]
-            values = ("f",) if "f" in header else ("f_specular", "f_body")
-            missing = [name for name in (*ANGLES, *values) if name not in header]
-            if missing:
-                raise InputError(
-                    f"{path}: no column {missing[0]}; its first line must name {_WANTED}"
-                )
-            columns = [header.index(name) for name in (*ANGLES, *values)]
-            rows = [_numbers(path, k, row, columns) for k, row in enumerate(reader, 1) if row]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: not a CSV ({error}); give one with {_WANTED}") from error
+    choices = [(*ANGLES, *values) for values in (("f",), ("f_specular", "f_body"))]
+    choice, rows = read_columns(path, _WANTED, *choices)
     if not rows:
         raise InputError(f"{path}: holds no rows; give a full grid under {_WANTED}")
-    return values, np.array(rows)
+    names = choices[choice]
+    numbers = [_numbers(path, k, row, len(names)) for k, row in enumerate(rows, 1)]
+    return names[len(ANGLES) :], np.array(numbers)
 
 
-def _numbers(path: Path, number: int, row: list[str], columns: list[int]) -> list[float]:
+def _numbers(path: Path, number: int, row: list[str], count: int) -> list[float]:
     try:
-        return [float(row[column]) for column in columns]
-    except (ValueError, IndexError) as error:
-        raise InputError(
-            f"{path}: row {number} is {','.join(row)[:80]!r}; must be numbers under its columns"
-        ) from error
+        if len(row) == count:
+            return [float(cell) for cell in row]
+    except ValueError:
+        pass
+    raise InputError(
+        f"{path}: row {number} is {','.join(row)[:80]!r}; must be numbers under its columns"
+    )

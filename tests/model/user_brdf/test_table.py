@@ -84,6 +84,8 @@ def test_a_table_of_a_lobe_is_that_lobe_within_its_stated_error(file):
         ([*rows(), rows()[0]], HEAD, "full grid"),
         ([*rows()[:-1], "20,0,x,0,1"], HEAD, "must be numbers"),
         ([*rows()[:-1], "20,0"], HEAD, "must be numbers"),
+        ([*rows()[:-1], "60,0,90,330,0,1"], HEAD, "has 6 cells, its first line names 5; decimals"),
+        (rows(), HEAD + ",f", "two columns f"),
         (rows(f=lambda *_: "nan"), HEAD, "row 1, f = nan"),
         (rows(f=lambda *_: -1), HEAD, "row 1, f = -1"),
         (rows(theta_i=(20, 95)), HEAD, "theta_i = 95"),
