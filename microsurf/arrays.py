@@ -47,6 +47,13 @@ def real_array(name: str, values: Any) -> NDArray[Any]:
     return np.asarray(array)
 
 
+def float_array(name: str, values: Any) -> NDArray[np.float64]:
+    """Return ``values`` in double precision, refused as by `real_array`; cheap if they are."""
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    return real_array(name, values).astype(np.float64, copy=False)
+
+
 def _masked(values: Any) -> int:
     """Count what is masked in an array, or in lists of arrays, which numpy joins without masks."""
     if isinstance(values, list | tuple):

@@ -8,6 +8,7 @@ import xarray as xr
 from microsurf.arrays import real_array
 from microsurf.errors import InputError
 from microsurf.model import Brdf, UserBrdf, direction, evaluate
+from microsurf.physics import facet, fresnel, smith, smith_fit, student_t, vcavity, visible_normals
 from microsurf.scene import Scene
 from microsurf.surface import Heightfield
 
@@ -77,6 +78,18 @@ ENTRIES = {
     "walks": (
         lambda v: Brdf(Scene(), "smith-walk", 2).evaluate(v, UP, np.random.default_rng(0)), UP,
     ),
+    "m": (lambda v: student_t.distribution(v, 2, 0.5), UP),
+    "slopes": (lambda v: student_t.slope_density(0.0, v, 2, 0.5), HEIGHTS),
+    "masking": (lambda v: smith.g1(v, 2, 0.5), UP),
+    "x": (lambda v: smith.lambda_of_x(v, 2), np.ones(8)),
+    "of the fit": (lambda v: smith_fit.g1(v, 2, 0.5), UP),
+    "of a groove": (lambda v: vcavity.g2(UP, UP, v), UP),
+    "visible": (lambda v: visible_normals.density(UP, v, 2, 0.5), UP),
+    "mu": (lambda v: fresnel.reflectance(v, 1.5), np.ones(8)),
+    "mu of a metal": (lambda v: fresnel.reflectance(v, 1.5, 2.0), np.ones(8)),
+    "n": (fresnel.internal_diffuse_reflectance, np.full(8, 1.5)),
+    "n of a body": (lambda v: facet.body_weight(v, 0.5), np.full(8, 1.5)),
+    "kd": (lambda v: facet.albedo(0.5, 1.5, v), np.full(8, 0.5)),
     "of a BRDF": (brdf_of, np.ones(8)),
     "of a pair": (lambda v: brdf_of((v, np.zeros(8))), np.ones(8)),
 }  # fmt: skip

@@ -12,6 +12,7 @@ whatever the directions, so a path's weight is w^(number of body events).
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import float_array
 from . import fresnel
 
 Array = NDArray[np.float64]
@@ -23,14 +24,14 @@ def body_weight(n: ArrayLike, kd: ArrayLike) -> Array:
     Kd = 0 is no substrate: w = 0 whatever n, also for the n < 1 of a conductor.
     """
     kd = _albedo(kd)
-    n = np.where(kd == 0, 1.0, n)
+    n = np.where(kd == 0, 1.0, float_array("n", n))
     escape = fresnel.external_diffuse_transmittance(n) / n**2
     return np.asarray(kd * escape / ((1 - kd) + kd * escape))
 
 
 def _albedo(kd: ArrayLike) -> Array:
     """Return Kd as an array; refuse what is not the albedo of a substrate."""
-    kd = np.asarray(kd, dtype=np.float64)
+    kd = float_array("kd", kd)
     if not np.all((kd >= 0) & (kd <= 1)):
         raise ValueError(f"kd = {kd}: the albedo of the substrate must be in 0 ... 1")
     return kd
@@ -38,7 +39,7 @@ def _albedo(kd: ArrayLike) -> Array:
 
 def body(cos_i: ArrayLike, cos_o: ArrayLike, n: float, kd: ArrayLike) -> Array:
     """Body BRDF f_b of the facet in sr⁻¹; cosines to its normal; 0 where one is ≤ 0."""
-    cos_i, cos_o = np.asarray(cos_i, dtype=np.float64), np.asarray(cos_o, dtype=np.float64)
+    cos_i, cos_o = float_array("cos_i", cos_i), float_array("cos_o", cos_o)
     kd = _albedo(kd)
     front = (cos_i > 0) & (cos_o > 0)
     pair = fresnel.transmittance(np.where(front, cos_i, 1), n) * fresnel.transmittance(
@@ -63,7 +64,7 @@ def albedo(cos_i: ArrayLike, n: float, kd: ArrayLike) -> Array:
 
 def mirror(i: ArrayLike, m: ArrayLike) -> Array:
     """Mirror direction 2 (i·m) m − i, shape (..., 3)."""
-    i, m = np.asarray(i, dtype=np.float64), np.asarray(m, dtype=np.float64)
+    i, m = float_array("i", i), float_array("m", m)
     return np.asarray(2 * np.sum(i * m, axis=-1, keepdims=True) * m - i)
 
 
@@ -85,7 +86,7 @@ def sample(
         Source of randomness.
 
     """
-    i, m = np.broadcast_arrays(np.asarray(i, np.float64), np.asarray(m, np.float64))
+    i, m = np.broadcast_arrays(float_array("i", i), float_array("m", m))
     o = mirror(i, m)
     is_body = rng.random(i.shape[:-1]) < fresnel.transmittance(np.sum(i * m, axis=-1), n)
     pending = np.flatnonzero(is_body)

@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import float_array
+
 Array = NDArray[np.float64]
 
 
 def _terms(mu: ArrayLike, n: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """Return μ, n, n² − 1 and g = √(n² − 1 + μ²) = n cosθ_t as arrays."""
-    mu, n = np.asarray(mu, dtype=np.float64), np.asarray(n, dtype=np.float64)
+    mu, n = float_array("mu", mu), float_array("n", n)
     if not np.all(n >= 1):
         raise ValueError(f"n = {np.min(n)}: the relative index must be >= 1")
     excess = (n - 1) * (n + 1)
@@ -35,7 +37,7 @@ class _Conductor(NamedTuple):
 
 
 def _conductor(mu: ArrayLike, index: ArrayLike, k: float) -> _Conductor:
-    mu, n = np.asarray(mu, dtype=np.float64), np.asarray(index, dtype=np.float64).item()
+    mu, n = float_array("mu", mu), float_array("n", index).item()
     if not (n > 0 and k > 0):
         raise ValueError(f"n = {n}, k = {k}: a conductor needs n > 0 and k > 0")
     eta2 = complex((n - k) * (n + k), 2 * n * k)
@@ -71,7 +73,7 @@ def transmittance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
     What goes into a conductor (k > 0) is absorbed there.
     """
     if k != 0:
-        metal, mu = _conductor(mu, n, k), np.asarray(mu, dtype=np.float64)
+        metal, mu = _conductor(mu, n, k), float_array("mu", mu)
         in_s = metal.g.real / metal.across
         in_p = (metal.eta2 * metal.g.conj()).real / metal.along
         return np.asarray(2 * mu * (in_s + in_p))
@@ -133,5 +135,5 @@ def internal_diffuse_reflectance(n: ArrayLike) -> Array:
     Take (1 − r_e)/n² from `external_diffuse_transmittance` where 1 − r_i is wanted:
     for large n the difference has few digits left.
     """
-    n = np.asarray(n, dtype=np.float64)
+    n = float_array("n", n)
     return np.asarray(((n - 1) * (n + 1) + external_diffuse_reflectance(n)) / n**2)

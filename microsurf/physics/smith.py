@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, binom, erfc, roots_laguerre, stdtr
 
+from ..arrays import float_array
+
 Array = NDArray[np.float64]
 
 _TERMS = 64  # of the series at z ≤ 1/2: the first left out is below 2^−64
@@ -42,7 +44,7 @@ def log_student_constant(nu: float) -> float:
 
 def projected_roughness(w: ArrayLike, sigma_x: float, sigma_y: float | None = None) -> Array:
     """Return sinθ σ(φ) of the directions w, shape (..., 3): σ(φ)² = σ_x²cos²φ + σ_y²sin²φ."""
-    w = np.asarray(w, dtype=np.float64)
+    w = float_array("w", w)
     sigma_y = sigma_x if sigma_y is None else sigma_y
     return np.hypot(sigma_x * w[..., 0], sigma_y * w[..., 1])
 
@@ -64,7 +66,7 @@ def smith_lambda(w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | No
         raise ValueError(f"gamma = {gamma}: Smith masking needs gamma > 3/2")
     if not (0 <= sigma_x < np.inf and 0 <= sigma_y < np.inf):
         raise ValueError(f"sigma = ({sigma_x}, {sigma_y}): must be finite and >= 0")
-    w = np.asarray(w, dtype=np.float64)
+    w = float_array("w", w)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         x = np.sqrt(2) * np.abs(w[..., 2]) / projected_roughness(w, sigma_x, sigma_y)
     x = np.where(w[..., 2] == 0, 0.0, x)  # 0/0 if σ = 0, but still the horizon
@@ -74,7 +76,7 @@ def smith_lambda(w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | No
 
 def lambda_of_x(x: ArrayLike, nu: float) -> Array:
     """Λ as a function of x = √2 cotθ/σ ≥ 0 and ν = 2γ − 2 > 1; ∞ at x = 0."""
-    x = np.asarray(x, dtype=np.float64)
+    x = float_array("x", x)
     flat = np.atleast_1d(x).ravel()
     value = np.full_like(flat, np.nan)  # stays where x is no number or negative
     value[flat == 0], value[np.isinf(flat)] = np.inf, 0.0
@@ -131,7 +133,7 @@ def _laguerre(x: Array, nu: float) -> Array:
 
 def g1(w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None) -> Array:
     """Masking G1(w) = 1/(1+Λ(w)) of facets that face w; 0 at and below the horizon."""
-    w = np.asarray(w, dtype=np.float64)
+    w = float_array("w", w)
     up = w[..., 2] > 0
     value = smith_lambda(np.where(up[..., None], w, [0.0, 0.0, 1.0]), gamma, sigma_x, sigma_y)
     return np.where(up, 1 / (1 + value), 0.0)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import float_array
 from . import smith
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ def lambda_of_z(z: ArrayLike, gamma: float) -> Array:
     The fit itself does not end at 0 but within 3e−3 of it: as in the public codes,
     normal incidence alone is set to 0.
     """
-    z = np.asarray(z, dtype=np.float64)
+    z = float_array("z", z)
     inside = (z > 0) & np.isfinite(z)
     v = np.where(inside, z, 1.0)
     free = gamma - 1
@@ -66,7 +67,7 @@ def g1(w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None)
     """
     if not 1.5 < gamma < np.inf:
         raise ValueError(f"gamma = {gamma}: the published fit is for 3/2 < gamma < inf")
-    w = np.asarray(w, dtype=np.float64)
+    w = float_array("w", w)
     up = w[..., 2] > 0
     with np.errstate(divide="ignore"):
         z = np.where(up, w[..., 2], 1.0) / smith.projected_roughness(w, sigma_x, sigma_y)

@@ -13,6 +13,8 @@ number in (1, ∞]; sigma_y defaults to sigma_x (isotropic). With anisotropy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import float_array
+
 Array = NDArray[np.float64]
 
 GGX = 2.0
@@ -34,7 +36,7 @@ def _check(gamma: float, sigma_x: float, sigma_y: float | None) -> float:
 
 def log_kernel(rho2: ArrayLike, gamma: float) -> Array:
     """Return ln of (1 + ρ²/(γ−1))^(−γ), or its limit −ρ² at γ = ∞."""
-    rho2 = np.asarray(rho2, dtype=np.float64)
+    rho2 = float_array("rho2", rho2)
     if np.isinf(gamma):
         return np.asarray(-rho2)
     return np.asarray(-gamma * np.log1p(rho2 / (gamma - 1)))
@@ -56,7 +58,7 @@ def slope_density(
 
     """
     sigma_y = _check(gamma, sigma_x, sigma_y)
-    p, q = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
+    p, q = float_array("p", p), float_array("q", q)
     with np.errstate(over="ignore"):  # of slopes past 1e150: their density is 0 in a double
         rho2 = (p / sigma_x) ** 2 + (q / sigma_y) ** 2
     return _over_area(log_kernel(rho2, gamma), sigma_x, sigma_y)
@@ -76,7 +78,7 @@ def distribution(m: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | No
     γ < 2, where D diverges at grazing, down to cosines of 1e−150.
     """
     sigma_y = _check(gamma, sigma_x, sigma_y)
-    m = np.asarray(m, dtype=np.float64)
+    m = float_array("m", m)
     up = m[..., 2] > 0
     cosine = np.where(up, m[..., 2], 1.0)
     with np.errstate(over="ignore"):
@@ -92,7 +94,7 @@ def slope_cdf(r: ArrayLike, gamma: float, sigma: float = 1.0) -> Array:
     """
     _check(gamma, sigma, sigma)
     with np.errstate(over="ignore"):  # of slopes past 1e150: F is 1 there
-        rho2 = (np.asarray(r, dtype=np.float64) / sigma) ** 2
+        rho2 = (float_array("r", r) / sigma) ** 2
     if np.isinf(gamma):
         return np.asarray(-np.expm1(-rho2))
     return np.asarray(-np.expm1((1 - gamma) * np.log1p(rho2 / (gamma - 1))))
@@ -104,7 +106,7 @@ def slope_quantile(u: ArrayLike, gamma: float, sigma: float = 1.0) -> Array:
     u = 1 gives ∞.
     """
     _check(gamma, sigma, sigma)
-    u = np.asarray(u, dtype=np.float64)
+    u = float_array("u", u)
     with np.errstate(divide="ignore", over="ignore"):
         log_tail = -np.log1p(-u)
         rho2 = log_tail if np.isinf(gamma) else (gamma - 1) * np.expm1(log_tail / (gamma - 1))
@@ -127,7 +129,7 @@ def sample_slopes(
 
 def normals(p: ArrayLike, q: ArrayLike) -> Array:
     """Return unit facet normals m ∝ (−p, −q, 1), shape (..., 3)."""
-    p, q = np.broadcast_arrays(np.asarray(p, np.float64), np.asarray(q, np.float64))
+    p, q = np.broadcast_arrays(float_array("p", p), float_array("q", q))
     m = np.stack([-p, -q, np.ones_like(p)], axis=-1)
     # Scaled by the largest component first: slopes of 1e200 would overflow squared.
     m /= np.max(np.abs(m), axis=-1, keepdims=True)

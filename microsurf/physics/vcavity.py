@@ -3,12 +3,14 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import float_array
+
 Array = NDArray[np.float64]
 
 
 def g1(w: ArrayLike, m: ArrayLike) -> Array:
     """Masking min(1, 2 (n·m)(n·w)/(w·m)) of facets m in direction w; 0 where either turns away."""
-    w, m = np.asarray(w, dtype=np.float64), np.asarray(m, dtype=np.float64)
+    w, m = float_array("w", w), float_array("m", m)
     facing = np.sum(w * m, axis=-1)
     visible = (facing > 0) & (w[..., 2] > 0) & (m[..., 2] > 0)
     return np.where(

@@ -10,6 +10,7 @@ of w has a density ∝ (c − p)₊ t_ν(p), and across it q is a scaled t_(ν+1
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import float_array
 from . import smith, student_t
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ def projected_area(
     w unit vectors of shape (..., 3). Below the horizon it is what a ray that goes up
     can still meet, −w_z Λ(−w), with relative accuracy.
     """
-    w = np.asarray(w, dtype=np.float64)
+    w = float_array("w", w)
     nu = 2 * gamma - 2
     across = smith.projected_roughness(w, sigma_x, sigma_y) / np.sqrt(2)
     steep = np.abs(w[..., 2]) <= 1e-9 * across  # Λ grows as 1/cosθ: take the limit of the product
@@ -44,7 +45,7 @@ def density(
     w: ArrayLike, m: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | None = None
 ) -> Array:
     """Density of facets m seen in direction w, in sr⁻¹."""
-    w, m = np.asarray(w, dtype=np.float64), np.asarray(m, dtype=np.float64)
+    w, m = float_array("w", w), float_array("m", m)
     facing = np.maximum(np.sum(w * m, axis=-1), 0)
     return np.asarray(
         facing
@@ -90,7 +91,7 @@ def sample(
     if not gamma > 1.5:
         raise ValueError(f"gamma = {gamma}: visible normals need gamma > 3/2")
     sigma_y = sigma_x if sigma_y is None else sigma_y
-    w = np.asarray(w, dtype=np.float64)
+    w = float_array("w", w)
     flat = w.reshape(-1, 3)
     nu = 2 * gamma - 2
     scale = np.array([sigma_x, sigma_y]) / np.sqrt(2)

@@ -19,7 +19,12 @@ from scipy import stats
 Array = NDArray[np.float64]
 
 LEAST_RATIO = 1.1
-"""Ratio of σ below which an isotropic fit will do: a tenth changes an albedo by about 1 %."""
+"""Ratio of σ below which an isotropic fit will do.
+
+At it, σ along and across of one product, Smith's order 1 at n 1.5 and Kd 0.8 departs from that of
+the isotropic σ by at most 0.25 % of its albedo at 60° and 0.54 % at 80°, but its specular part by
+1.9 % and 3.9 %, up in one azimuth and down in the other (γ 2 … ∞, σ 0.1 … 0.5).
+"""
 _LEVEL = 1e-3  # how often isotropic slopes are said to have a direction, at most
 _TILES = (8, 4)  # a side
 _STEPS = 200
