@@ -1,7 +1,7 @@
 """Further sections of a report: budgets, invariants, what effects cost, the family of verdicts."""
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from ..analysis import multiplicity
 from ..analysis.error_budget import assemble
@@ -9,10 +9,14 @@ from ..analysis.error_budget.terms import TERMS
 from ..analysis.tradeoff.study import Tradeoff
 from ..analysis.validate import Validation
 from ..invariants import Invariant
+from ..results import albedos
 from . import attachments
 from .figures import error_budget, masking, pareto, pareto_all, user_brdf
 from .figures.figure import Picture
 from .section import Section, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _BUDGET = """Measured − predicted, split by substituting one thing after the other: the model's own
 law by Smith's theory; STD by the slopes the surfaces have; what a finer mesh would change; light
@@ -51,6 +55,8 @@ _OVER_ALL_CAPTION = (
     "half of them (bars). Errors below 0.01 % and above 200 % are drawn there. Models only, no "
     "explicit surfaces: `microsurf tradeoff` has both."
 )
+_DARK = "This scene reflects no light: it has no verdicts, no lobes and no albedos."
+_NO_FIGURE = "\n\nNo figure: there is no light to draw."
 _INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
 largest that is no fault. Those decided by chance alarm falsely in about one report of 10 000."""
 _FAMILY = """The {comparisons} intervals are of 95 % each, not corrected for their number. A verdict
@@ -67,6 +73,7 @@ def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
         entry.name: [
             section
             for section in (
+                _dark(entry),
                 _user_brdf(entry, slug),
                 _budget(entry, slug),
                 _masking(entry, slug),
@@ -90,15 +97,19 @@ def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[
     return [section for section in sections if section is not None]
 
 
+def _dark(entry: Validation) -> Section | None:
+    material = entry.scene.material
+    if any(albedos.by_order(entry.measured, material.n, kd).any() for kd in material.kd):
+        return None
+    return Section("dark", "Nothing to show", _DARK)
+
+
 def _user_brdf(entry: Validation, slug: str) -> Section | None:
     if entry.user_brdf is None:
         return None
-    picture = Picture(
-        f"{slug}-user-brdf",
-        user_brdf.figure(entry),
-        "The user BRDF's lobes beside the theory's and the measured ones.",
-        user_brdf.rows(entry),
-    )
+    rows = user_brdf.rows(entry)
+    caption = "The user BRDF's lobes beside the theory's and the measured ones."
+    pictures = _pictures(f"{slug}-user-brdf", lambda: user_brdf.figure(entry), caption, rows)
     columns = ("quantity", "theta_i", "kd", "user_brdf", "model", "theory", "effect", "finding")
     beside_theory = [
         {key: row[key] for key in columns} for row in entry.user_brdf.as_json()["beside_theory"]
@@ -107,9 +118,10 @@ def _user_brdf(entry: Validation, slug: str) -> Section | None:
         "user-brdf",
         f"The user BRDF {entry.user_brdf.name}",
         "The verdicts of this scene are the user BRDF's. Here it is beside our own theory, so that "
-        "a fault of the user BRDF is distinguished from a limit of the theory.",
+        "a fault of the user BRDF is distinguished from a limit of the theory."
+        + ("" if pictures else _NO_FIGURE),
         (Table("User BRDF / theory − 1", beside_theory),),
-        (picture,),
+        pictures,
     )
 
 
@@ -158,8 +170,9 @@ def _frontier(entry: Validation, slug: str) -> Section | None:
         f"{100 * max(v, _EXACT):.2g} % ({name})" for name, v in reference.half_width.items()
     )
     text = _FRONTIER.format(reference=reference.text.removeprefix("reference: "), known=known)
-    picture = Picture(f"{slug}-frontier", pareto.figure(rows), _FRONTIER_CAPTION, rows)
-    return Section("frontier", "Speed against accuracy", text, (), (picture,))
+    pictures = _pictures(f"{slug}-frontier", lambda: pareto.figure(rows), _FRONTIER_CAPTION, rows)
+    text += "" if pictures else _NO_FIGURE
+    return Section("frontier", "Speed against accuracy", text, (), pictures)
 
 
 def _frontiers(entries: Sequence[Validation]) -> Section | None:
@@ -180,6 +193,13 @@ def _frontier_rows(tradeoff: Tradeoff) -> list[dict[str, Any]]:
         {key: value for key, value in row.items() if key not in left_out}
         for row in pareto.rows(tradeoff)
     ]
+
+
+def _pictures(
+    name: str, draw: Callable[[], "Figure"], caption: str, rows: Sequence[dict[str, Any]]
+) -> tuple[Picture, ...]:
+    """A picture, or none if it would hold no number: the section's text and tables stay."""
+    return (Picture(name, draw(), caption, rows),) if rows else ()
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -10,7 +10,14 @@ from scipy import stats
 from ...results import albedos, detector
 from ...scene import Scene
 from .lobes import MEASURED
-from .style import SMALL, clean, new_figure, own_style, source_style
+from .style import (
+    SMALL,
+    clean,
+    new_figure,
+    nothing,
+    own_style,
+    source_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,9 +59,11 @@ def _interval(values: np.ndarray) -> dict[str, float]:
 @own_style()
 def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a panel for each order, each with its own scale from 0."""
+    if not drawn:
+        return nothing("no order carries any light")
     orders = sorted({row["order"] for row in drawn})
     canvas = new_figure(2.8, 7.1 if len(orders) > 1 else 3.5)
-    panels = canvas.subplots(1, max(len(orders), 1), squeeze=False)[0]
+    panels = canvas.subplots(1, len(orders), squeeze=False)[0]
     handles: dict[str, Any] = {}
     for panel, order in zip(panels, orders, strict=False):
         mine = [row for row in drawn if row["order"] == order]

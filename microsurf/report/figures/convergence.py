@@ -13,6 +13,7 @@ from .style import (
     as_text,
     clean,
     new_figure,
+    nothing,
     own_style,
 )
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SHOWN = 60.0
+_ONE, _DARK = "one surface: does not vary", "nothing to show: no light, or no spread"
 _TITLES = (
     "what a finer mesh still changes",
     "what a larger tile still changes",
@@ -32,6 +34,8 @@ _TITLES = (
 @own_style()
 def draw(convergence: Convergence, name: str) -> "Figure":
     """One incidence, the one nearest to 60°, and the first Kd; all others are in the table."""
+    if not convergence.rays:
+        return nothing("the scene reflects no light")
     figure = new_figure(6.6)
     panels = figure.subplots(2, 2).ravel()
     first = min(convergence.rays, key=lambda row: abs(row["theta_i"] - _SHOWN))
@@ -71,12 +75,12 @@ def _rows(rows: list[Row], shown: Row, quantity: str) -> list[Row]:
 def _differences(panel: "Axes", rows: list[Row], shown: Row, key: str, label: str) -> None:
     """Relative differences to the finest step."""
     if not rows:
-        _nothing(panel, label)
+        _say(panel, label, _ONE)
         return
     ticks: list[float] = []
     for k, (name, (colour, marker, text)) in enumerate(QUANTITY_STYLE.items()):
         mine = _rows(rows, shown, name)
-        if not mine:
+        if not mine or not mine[-1]["value"]:
             continue
         scale = 100 / mine[-1]["value"]
         ticks = [row[key] for row in mine]
@@ -87,6 +91,9 @@ def _differences(panel: "Axes", rows: list[Row], shown: Row, key: str, label: st
             np.array(ticks) * 2 ** ((k - 1) * 0.07), value, [value - low, high - value],
             color=colour, marker=marker, markersize=4.5, capsize=3, linewidth=0.8, label=text,
         )  # fmt: skip
+    if not ticks:
+        _say(panel, label, _DARK)
+        return
     panel.axhline(0, color=GREY, linewidth=0.8)
     panel.set(xscale="log", xlabel=label, ylabel="difference to the finest (%)")
     panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -100,12 +107,12 @@ def _deviations(
     """Measured standard errors of a mean against 1/√N."""
     rows = getattr(convergence, study)
     if not rows:
-        _nothing(panel, label)
+        _say(panel, label, _ONE)
         return
     key, count = ("realisations", "groups") if study == "realisations" else ("paths", "repeats")
     for name, (colour, marker, text) in QUANTITY_STYLE.items():
         mine = [row for row in _rows(rows, shown, name) if row["deviation"]]
-        if not mine:
+        if not mine or not mine[-1]["value"]:
             continue
         scale = 100 / mine[-1]["value"]
         x = np.array([row[key] for row in mine])
@@ -121,6 +128,9 @@ def _deviations(
         if "claimed" in mine[0]:
             claimed = scale * np.array([row["claimed"] for row in mine])
             panel.plot(x, claimed, color=colour, linewidth=1, linestyle=":")
+    if not panel.lines:
+        _say(panel, label, _DARK)
+        return
     what = "lines: 1/√N" + ("; dotted: claimed by batches" if study == "rays" else "")
     panel.set(xscale="log", yscale="log", xlabel=label, ylabel="standard error (%)")
     panel.set_ylim(bottom=panel.get_ylim()[0] / 15)  # room for the legend
@@ -138,6 +148,6 @@ def _exponent(fit: Row) -> str:
     return f"N^({fit['power']:+.2f} ± {(fit['high'] - fit['low']) / 2:.2f})"
 
 
-def _nothing(panel: "Axes", label: str) -> None:
-    panel.text(0.5, 0.5, "one surface: does not vary", ha="center", transform=panel.transAxes)
+def _say(panel: "Axes", label: str, why: str) -> None:
+    panel.text(0.5, 0.5, why, ha="center", transform=panel.transAxes)
     panel.set(xticks=[], yticks=[], xlabel=label)

@@ -5,7 +5,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, clean, new_figure, own_style
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SMALL,
+    VERMILION,
+    clean,
+    new_figure,
+    nothing,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,8 +54,10 @@ def figure(rows: Sequence[dict[str, Any]]) -> "Figure":
     """Draw rows of `budget.rows` of one Kd and azimuth: a panel for each of PANELS."""
     names = [q for q in PANELS if any(r["quantity"] == q and r["predicted"] > 0 for r in rows)]
     terms = drawn_terms(rows)
+    if not names:
+        return nothing("no light is predicted")
     canvas = new_figure(3.1)
-    panels = canvas.subplots(1, max(len(names), 1), squeeze=False)[0]
+    panels = canvas.subplots(1, len(names), squeeze=False)[0]
     for panel, name in zip(panels, names, strict=False):
         _panel(panel, [row for row in rows if row["quantity"] == name], terms)
         panel.set_title(PANELS[name], fontsize=9)

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import stats
 
-from .style import BLACK, BLUE, SMALL, VERMILION, clean, new_figure, own_style
+from .style import (
+    BLACK,
+    BLUE,
+    SMALL,
+    VERMILION,
+    clean,
+    new_figure,
+    nothing,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,6 +56,8 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     from matplotlib.lines import Line2D  # noqa: PLC0415 - late: only to draw
 
     thetas = list(dict.fromkeys(row["theta_i"] for row in drawn))
+    if not thetas:
+        return nothing("no facet has a slope")
     across = min(_ACROSS, len(thetas))
     down = -(-len(thetas) // across)
     canvas = new_figure(0.8 + 2.5 * down)
@@ -76,8 +87,9 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
 def _panel(panel: "Axes", mine: list[dict[str, Any]]) -> None:
     """One θ_i; the first bin and the last have no middle on this axis, they get a width."""
     inner = [row["rho_high"] for row in mine if row["rho_high"] is not None]
-    low = np.array([max(row["rho_low"], inner[0] / 2) for row in mine])
-    high = np.array([row["rho_high"] or 2 * row["rho_low"] for row in mine])
+    least = min(inner, default=1.0) / 2
+    low = np.array([max(row["rho_low"], least) for row in mine])
+    high = np.array([row["rho_high"] or 2 * max(row["rho_low"], least) for row in mine])
     middle = np.sqrt(low * high)
     for name, (colour, marker, line, _) in _STYLES.items():
         value, below, above, theory = (

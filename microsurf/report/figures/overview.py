@@ -16,6 +16,7 @@ from .style import (
     as_text,
     clean,
     new_figure,
+    nothing,
     own_style,
 )
 
@@ -38,6 +39,8 @@ def rows(comparisons: Mapping[str, Sequence[Comparison]]) -> list[dict[str, Any]
 def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     """Draw `rows`: a line for each scene, within it its angles (and Kd) from top to bottom."""
     names = list(dict.fromkeys(row["scene"] for row in drawn))
+    if not names:
+        return nothing("no scene has a verdict")
     canvas = new_figure(1.5 + 0.42 * len(names))
     panels = canvas.subplots(1, len(albedos.QUANTITIES), sharey=True, sharex=True)
     for panel, quantity in zip(panels, albedos.QUANTITIES, strict=True):

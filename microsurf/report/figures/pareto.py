@@ -11,6 +11,7 @@ from .style import (
     GREY,
     as_text,
     new_figure,
+    nothing,
     own_style,
     source_style,
 )
@@ -74,6 +75,8 @@ def within(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> "Figure":
     """A panel for each of albedo, peak and lobe that the scene has, by its `rows`."""
     names = [q for q in CHOICES if any(row["quantity"] == q for row in table)]
+    if not names:
+        return nothing("no method was measured")
     drawn = new_figure(3.9)
     line = drawn.subplots(1, len(names), squeeze=False, sharex=True, sharey=True)[0]
     for panel, quantity in zip(line, names, strict=True):
@@ -108,6 +111,9 @@ def legend(drawn: "Figure", columns: int = 3, title: str = _HOW) -> None:
 
 def draw_methods(panel: "Axes", table: Sequence[Mapping[str, Any]]) -> None:
     """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
+    if not table:
+        panel.text(0.5, 0.5, "nothing measured", ha="center", transform=panel.transAxes)
+        return
     for row in table:
         style = source_style(row["model"])
         known = row["error"] >= LEAST

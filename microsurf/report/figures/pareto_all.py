@@ -11,6 +11,7 @@ from .style import (
     SMALL,
     as_text,
     new_figure,
+    nothing,
     own_style,
     source_style,
 )
@@ -31,6 +32,8 @@ def scenes(tables: Mapping[str, Rows], quantity: str = "albedo") -> "Figure":
     several = {name: table for name, table in tables.items() if len({r["rung"] for r in table}) > 1}
     tables = several or tables
     lines = -(-len(tables) // columns)
+    if not tables:
+        return nothing("no scene was measured")
     drawn = new_figure(1.75 * lines + 1.2)
     grid = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     for panel, (name, table) in zip(grid.ravel(), tables.items(), strict=False):
@@ -80,8 +83,10 @@ def medians(tables: Mapping[str, Rows]) -> list[dict[str, Any]]:
 def over_all(rows: Rows) -> "Figure":
     """A panel for each quantity of `medians`: symbols the medians, bars the middle half."""
     names = [q for q in CHOICES if any(row["quantity"] == q for row in rows)]
+    if not names:
+        return nothing("no scene was measured")
     drawn = new_figure(4.3)
-    grid = drawn.subplots(1, max(len(names), 1), squeeze=False, sharex=True, sharey=True)[0]
+    grid = drawn.subplots(1, len(names), squeeze=False, sharex=True, sharey=True)[0]
     for panel, quantity in zip(grid, names, strict=False):
         for row in rows:
             if row["quantity"] != quantity:

@@ -9,7 +9,11 @@ from ...stability import Stability
 from ...stability.case import ENOUGH, DomainPoint
 from ...stability.domain import SYMBOLS, ticked
 from ..stability_text import place
-from .style import new_figure, own_style
+from .style import (
+    new_figure,
+    nothing,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,6 +62,8 @@ def figure(stability: Stability, group: str) -> "Figure":
     from matplotlib.colors import BoundaryNorm  # noqa: PLC0415 - late: only to draw
 
     panels = _panels(_by_function(stability, (group,)))
+    if not panels:
+        return nothing(f"no function of the group {GROUPS[group]} was evaluated")
     lines = -(-len(panels) // _PAIRS)
     drawn = new_figure(2.35 * lines + 0.7, 10.2)
     axes = drawn.subplots(lines, 2 * _PAIRS, squeeze=False)

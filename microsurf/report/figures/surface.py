@@ -8,7 +8,17 @@ import numpy as np
 from ...physics import student_t
 from ...scene import Scene
 from ...surface import Heightfield, facet_slopes
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, clean, new_figure, own_style
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SMALL,
+    clean,
+    new_figure,
+    nothing,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,16 +69,22 @@ def figure(drawn: Sequence[dict[str, Any]], gamma: float, unit: str) -> "Figure"
         name: np.array([[row["x"], row["y"]] for row in drawn if row["curve"] == name]).T
         for name in ("profile", "facets", "STD")
     }
+    if not drawn:
+        return nothing("no surface was made")
     canvas = new_figure(2.8)
     left, right = canvas.subplots(1, 2, width_ratios=(1.4, 1))
     left.plot(*curves["profile"], color=BLACK, linewidth=0.9)
     left.set(xlabel=f"x ({unit})", ylabel=f"height ({unit})")
     left.set_title("profile: the row of median relief", fontsize=9)
     clean(left)
-    steepest, least = curves["facets"][:, -1]
     right.plot(*curves["STD"], color=ORANGE, linewidth=3, label=f"STD, γ = {gamma:.3g}")
-    right.plot(*curves["facets"], color=BLUE, linestyle="--", linewidth=1.3, label="facets")
-    right.axvline(steepest, color=GREY, linestyle=":", linewidth=1.2, label="steepest facet")
+    if curves["facets"].size:
+        steepest, least = curves["facets"][:, -1]
+        right.plot(*curves["facets"], color=BLUE, linestyle="--", linewidth=1.3, label="facets")
+        right.axvline(steepest, color=GREY, linestyle=":", linewidth=1.2, label="steepest facet")
+    else:
+        least = curves["STD"][1, -1]
+        right.plot([], [], linestyle="none", label="facets: all are flat")
     right.set(
         xscale="log", yscale="log", ylim=(least / 5, 2), xlim=(1e-2, curves["STD"][0, -1]),
         xlabel="|slope| / σ", ylabel="share of facets steeper",

@@ -8,7 +8,11 @@ import numpy as np
 from ...analysis.validate import Validation
 from ...analysis.validate_user_brdf import theory_of
 from .bands import cut, half_widths
-from .style import new_figure, own_style
+from .style import (
+    new_figure,
+    nothing,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,6 +82,8 @@ def figure(entry: Validation) -> "Figure":
     table = rows(entry)
     names = list(dict.fromkeys(row["quantity"] for row in table))
     thetas = list(dict.fromkeys(row["theta_i_deg"] for row in table))
+    if not names:
+        return nothing("neither the user BRDF nor the surface reflects any light")
     drawn = new_figure(2.7 * len(names) + 0.6, max(3.4 * len(thetas), 5.0))
     panels = drawn.subplots(len(names), len(thetas), squeeze=False, sharex=True, sharey="row")
     for name, line in zip(names, panels, strict=True):
@@ -106,6 +112,9 @@ def _lobe(panel: "Axes", name: str, table: list[Row]) -> None:
         )
     )  # fmt: skip
     top = float(max(measured.max(), user_brdf.max(), theory.max()))
+    if top == 0:
+        panel.text(0.5, 0.5, "reflects nothing", ha="center", transform=panel.transAxes)
+        return
     floor = max(top * _DARK, 1e-300)
     panel.fill_between(
         theta, np.maximum(measured - half, floor / 10), measured + half, color=colour, alpha=0.25,

@@ -5,7 +5,17 @@ from typing import TYPE_CHECKING, Any
 
 from ...analysis.comparison import Comparison
 from ...results import albedos
-from .style import BLACK, GREY, MARGIN, QUANTITY_STYLE, SMALL, clean, new_figure, own_style
+from .style import (
+    BLACK,
+    GREY,
+    MARGIN,
+    QUANTITY_STYLE,
+    SMALL,
+    clean,
+    new_figure,
+    nothing,
+    own_style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,8 +55,10 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     from matplotlib.patches import Patch  # noqa: PLC0415 - late: only to draw
 
     names = [q for q in albedos.QUANTITIES if any(row["quantity"] == q for row in drawn)]
+    if not names:
+        return nothing("no light that the theory speaks of")
     canvas = new_figure(2.9)
-    panels = canvas.subplots(1, max(len(names), 1), squeeze=False)[0]
+    panels = canvas.subplots(1, len(names), squeeze=False)[0]
     for panel, name in zip(panels, names, strict=False):
         mine = [row for row in drawn if row["quantity"] == name]
         colour, marker, label = QUANTITY_STYLE[name]
