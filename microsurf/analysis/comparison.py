@@ -4,7 +4,9 @@ A comparison *holds* if the whole interval of the relative difference lies withi
 the scene's margin, *departs* if all of it lies outside, and is *undecided* else.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, overload
 
 import numpy as np
 import xarray as xr
@@ -13,6 +15,7 @@ from scipy import stats
 from ..results import albedos
 from ..scene import Scene
 from ..scene.expectation import Expectation
+from ..scene.notebook import table
 
 CONFIDENCE = 0.95
 
@@ -53,17 +56,73 @@ class Comparison:
         return self.verdict not in self.expected.split("|")
 
 
+_COLUMNS = (
+    "quantity", "θ_i", "φ_i", "Kd", "measured", "predicted", "model", "effect", "95 %", "margin",
+    "verdict",
+)  # fmt: skip
+
+
+class ComparisonTable(Sequence[Comparison]):
+    """Comparisons in a row each: a sequence that prints as a table, in notebooks too."""
+
+    def __init__(self, comparisons: Iterable[Comparison]) -> None:
+        self._comparisons = tuple(comparisons)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._comparisons)
+
+    @overload
+    def __getitem__(self, index: int) -> Comparison: ...
+    @overload
+    def __getitem__(self, index: slice) -> "ComparisonTable": ...
+    def __getitem__(self, index: int | slice) -> "Comparison | ComparisonTable":
+        """One of them, or a table of some."""
+        if isinstance(index, slice):
+            return ComparisonTable(self._comparisons[index])
+        return self._comparisons[index]
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """All fields of each, for a data frame or JSON."""
+        return [{**asdict(row), "unexpected": row.unexpected} for row in self._comparisons]
+
+    def _cells(self) -> list[tuple[str, ...]]:
+        return [
+            (
+                row.quantity, f"{row.theta_i:g}°", f"{row.phi_i:g}°", f"{row.kd:g}",
+                f"{row.measured:.5g} ± {row.standard_error:.2g}", f"{row.predicted:.5g}",
+                row.model, f"{row.effect:+.2%}", f"{row.low:+.2%} … {row.high:+.2%}",
+                f"±{row.margin:.2%}", row.verdict,
+            )
+            for row in self._comparisons
+        ]  # fmt: skip
+
+    def __repr__(self) -> str:
+        """As columns of text."""
+        lines = [_COLUMNS, *self._cells()]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join(
+            "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()
+            for line in lines
+        )
+
+    def _repr_html_(self) -> str:
+        return table(self._cells(), _COLUMNS)
+
+
 def compare(
     measured: xr.Dataset,
     predicted: xr.Dataset,
     scene: Scene,
     all_orders: xr.Dataset | None = None,
-) -> list[Comparison]:
+) -> ComparisonTable:
     """Compare what the scene has of order-1 specular, order-1 body and total albedo.
 
-    The total is compared with ``all_orders``, a prediction of multiple scattering, if
-    there is one. Quantities that the theory says are zero (no interface, no substrate)
-    are left out. One comparison for each quantity, angle and Kd.
+    The total is compared with ``all_orders``, a prediction of multiple scattering; without one
+    with ``predicted`` if that is of all orders or light meets no second facet, and else not at
+    all: one bounce is no theory of all of them. Quantities that the theory says are zero (no
+    interface, no substrate) are left out. One comparison for each quantity, angle and Kd.
     """
     needs = scene.requires
     names = [
@@ -71,7 +130,11 @@ def compare(
         for name, wanted in (
             ("specular", needs.interface),
             ("body", needs.substrate),
-            ("total", needs.interface or needs.substrate),
+            (
+                "total",
+                (needs.interface or needs.substrate)
+                and (all_orders is not None or _of_all_orders(measured, predicted, scene)),
+            ),
         )
         if wanted
     ]
@@ -98,7 +161,13 @@ def compare(
                             float(sampling.isel(index).item()),
                         )
                     )  # fmt: skip
-    return rows
+    return ComparisonTable(rows)
+
+
+def _of_all_orders(measured: xr.Dataset, predicted: xr.Dataset, scene: Scene) -> bool:
+    """Whether a prediction answers for all light that was measured."""
+    one_bounce = not (scene.requires.roughness and scene.requires.multiple_scattering)
+    return one_bounce or predicted.sizes["order"] > 1 or measured.sizes["order"] == 1
 
 
 def _comparison(

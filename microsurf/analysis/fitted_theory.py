@@ -1,6 +1,5 @@
 """The theory of a surface from a file: STD fitted to its slopes, before anything is traced."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 from ..errors import InputError
 from ..scene import BECKMANN, Scene
 from ..surface import StdFit, fit_std, notes_on_file, surface_of
-from .comparison import Comparison
+from .comparison import ComparisonTable
 
 _DIRECTED = "the fit is isotropic, so nothing here is a verdict about the theory"
 
@@ -69,11 +68,11 @@ def fitted_scene(scene: Scene, fit: StdFit) -> Scene:
     return replace(scene, roughness=rough)
 
 
-def guarded(rows: Iterable[Comparison], fit: StdFit) -> list[Comparison]:
+def guarded(rows: ComparisonTable, fit: StdFit) -> ComparisonTable:
     """Decide nothing where the fit is of another family than the surface: slopes of a direction."""
     if not fit.anisotropy.directed:
-        return list(rows)
-    return [replace(row, verdict="undecided", why=_DIRECTED) for row in rows]
+        return rows
+    return ComparisonTable(replace(row, verdict="undecided", why=_DIRECTED) for row in rows)
 
 
 def fit_as_json(fit: StdFit) -> dict[str, Any]:

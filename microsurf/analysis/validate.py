@@ -38,7 +38,7 @@ class Validation:
         The measurement, see `microsurf.results.datasets`.
     predicted : dict
         Predictions by the models that `model.registry` has compared, order 1 before all.
-    comparisons : list of Comparison
+    comparisons : ComparisonTable
         Order 1 against the first model of order 1, the total against the first of all orders.
     invariants : list of Invariant
         What must hold whatever the surface, see `invariants.scene_invariants`.
@@ -74,7 +74,7 @@ class Validation:
     scene: Scene
     measured: xr.Dataset
     predicted: dict[str, xr.Dataset]
-    comparisons: list[comparison.Comparison]
+    comparisons: comparison.ComparisonTable
     invariants: list[invariants.Invariant]
     heightfield: Heightfield | None = None
     statistics: dict[str, Any] = field(default_factory=dict)

@@ -65,7 +65,7 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
             lobes += user_brdf.lobes(three, scene, name, margin)
     return replace(
         entry,
-        comparisons=rows,
+        comparisons=comparison.ComparisonTable(rows),
         faults=broken + [_astray(lobe) for lobe in lobes if lobe.to_measured > lobe.allowed],
         user_brdf=UserBrdfResult(
             brdf.name,

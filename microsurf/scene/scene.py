@@ -1,13 +1,15 @@
 """What is asked: material, roughness, surface, light, accuracy. Files: `scene_file`."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
 
 from .. import memory
 from ..errors import InputError
-from . import validators
+from . import notebook, validators
 from .expectation import Expectation
+
+Several = float | Sequence[float]
 
 STRUCTURES = ("independent", "tops", "middle", "extremes")
 """Where the steep facets of a generated surface lie in height."""
@@ -292,6 +294,32 @@ class Scene:
                     f"expect.{quantity}.verdict has {len(expected.verdict)} entries: "
                     f"must be one, or one for each of the {len(self.light.theta)} light.theta"
                 )
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        gamma: float = 2.0,
+        sigma: Several = 0.5,
+        n: float = 1.5,
+        kd: Several = (),
+        k: float = 0.0,
+        theta: Several = 60.0,
+        phi: Several = 0.0,
+    ) -> Self:
+        """Build a scene from the numbers that most differ: ``Scene.of(gamma=2, sigma=0.5)``.
+
+        All as in `Roughness`, `Material` and `Light` (angles in degrees), one number or several
+        where these take several.
+        """
+        return cls(
+            material=Material(n, kd, k),  # type: ignore[arg-type]
+            roughness=Roughness(gamma, sigma),  # type: ignore[arg-type]
+            light=Light(theta, phi),  # type: ignore[arg-type]
+        )  # one number becomes a tuple of one
+
+    def _repr_html_(self) -> str:
+        return notebook.sections(asdict(self), self.title)
 
     @property
     def requires(self) -> "Requirements":

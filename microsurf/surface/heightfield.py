@@ -23,6 +23,7 @@ from ..arrays import real_array, require_real
 from ..errors import InputError
 from ..physics import student_t
 from ..scene import BOUNDARIES, MAX_CELLS
+from ..scene.notebook import sections
 
 Array = NDArray[np.float64]
 
@@ -110,6 +111,21 @@ class Heightfield:
     def pixel(self) -> tuple[float, float]:
         """Distances (dx, dy) of neighbouring grid points along x and y."""
         return spacing_pair(self.spacing)
+
+    def _repr_html_(self) -> str:
+        """Shape, pixel and heights; not every height."""
+        return sections(
+            {
+                "cells": " × ".join(map(str, self.heights.shape)),
+                "pixel": " × ".join(f"{d:g}" for d in self.pixel),
+                "boundary": self.boundary,
+                "heights": f"{self.heights.min():.4g} … {self.heights.max():.4g}, "
+                f"standard deviation {self.heights.std():.4g}",
+                "recipe": dict(self.recipe),
+                "provenance": dict(self.provenance),
+            },
+            "Heightfield",
+        )
 
 
 def check_layout(shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:

@@ -1,14 +1,16 @@
 """Verdicts: a 95 % interval must hold the truth in 95 of 100 experiments."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from judge import rate
 from scipy import stats
 
-from microsurf.analysis.comparison import compare, decide
+from microsurf.analysis.comparison import ComparisonTable, compare, decide
 from microsurf.errors import InputError
 from microsurf.results import datasets, detector
-from microsurf.scene import Light, Material, Scene
+from microsurf.scene import Light, Material, Roughness, Scene
 from microsurf.scene.expectation import Expectation
 
 MARGIN = 0.05
@@ -200,3 +202,44 @@ def test_one_expectation_serves_all_angles():
 def test_expectations_of_another_number_of_angles_are_refused():
     with pytest.raises(InputError, match="2 entries"):
         Scene(light=Light((0.0,)), expect={"body": Expectation(("holds", "holds"))})
+
+
+def two_orders(second, orders):
+    """One surface's worth of mirrors: 0.2 after one bounce, ``second`` after two."""
+    flux = np.zeros((3, 1, 1, len(orders), 1, detector.RINGS, detector.SECTORS))
+    flux[..., 0, 0, 5, 5] = 0.2
+    if len(orders) > 1:
+        flux[..., 1, 0, 5, 5] = second
+    found = datasets.build(flux, (0.0,), (0.0,), orders=orders)
+    return found.assign(paths=(("realisation", "theta_i", "phi_i"), np.full((3, 1, 1), 1e4)))
+
+
+def test_all_orders_are_never_judged_against_one_bounce():
+    """A quarter of the light has met a second facet: order 1 is right and says nothing of it."""
+    scene = Scene(material=Material(1.5, (0.0,)), light=Light((0.0,)))
+    measured, single = two_orders(0.05, (1, 2)), two_orders(0.0, (1,)).isel(realisation=[0])
+    assert [row.quantity for row in compare(measured, single, scene)] == ["specular"]
+    walked = two_orders(0.05, (1, 2)).isel(realisation=[0])
+    rows = compare(measured, walked, scene)
+    assert [(row.quantity, round(row.effect, 9)) for row in rows] == [("specular", 0), ("total", 0)]
+    assert [row.quantity for row in compare(measured, single, scene, walked)] == [
+        "specular", "total"
+    ]  # fmt: skip
+    flat = replace(scene, roughness=Roughness(2.0, (0.0,)))
+    assert [row.quantity for row in compare(two_orders(0.0, (1, 2)), single, flat)] == [
+        "specular", "total"
+    ]  # fmt: skip
+
+
+def test_comparisons_are_a_table():
+    found = small(theta=(60.0,), measured=(0.11, 0.2))
+    assert isinstance(found, ComparisonTable)
+    assert [row["quantity"] for row in found.rows] == ["specular", "body", "total"]
+    assert found.rows[0]["unexpected"] == found[0].unexpected
+    lines = repr(found[:1]).splitlines()
+    assert len(lines) == 2
+    assert "+10.00%" in lines[1]
+    assert found._repr_html_().count("<tr>") == 4
+    named = ComparisonTable([replace(found[0], model="<b>&")])
+    assert "&lt;b&gt;&amp;" in named._repr_html_()
+    assert "<b>" not in named._repr_html_()

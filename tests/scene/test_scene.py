@@ -1,6 +1,6 @@
 import math
 import tomllib
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -247,3 +247,23 @@ def test_a_surface_file_is_looked_for_beside_its_scene(tmp_path):
 def test_from_dict_takes_what_tomllib_gives():
     text = to_toml(Scene(title='"quotes" \\ and\nlines'))
     assert from_dict(tomllib.loads(text)).title == '"quotes" \\ and\nlines'
+
+
+def test_the_short_constructor_is_the_long_one():
+    short = Scene.of(gamma=3, sigma=(0.5, 0.2), n=1.33, kd=(0.1, 0.9), theta=(0, 60), phi=30)
+    assert short == Scene(
+        material=Material(1.33, (0.1, 0.9)),
+        roughness=Roughness(3.0, (0.5, 0.2)),
+        light=Light((0.0, 60.0), (30.0,)),
+    )
+    assert Scene.of(theta=Light().theta) == Scene()
+    assert Scene.of(n=0.43, k=2.455).material.kd == (0.0,)
+    with pytest.raises(InputError, match=r"roughness\.gamma"):
+        Scene.of(gamma=1)
+
+
+def test_a_scene_shows_itself_in_a_notebook_and_its_title_holds_no_markup():
+    shown = replace(Scene.of(theta=(0, 60)), title="<script>alert(1)</script>")._repr_html_()
+    assert "<script>" not in shown
+    assert "&lt;script&gt;" in shown
+    assert "<td>theta = 0.0, 60.0, phi = 0.0</td>" in shown
