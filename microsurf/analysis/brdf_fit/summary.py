@@ -12,11 +12,13 @@ from .later_orders import kd_of
 from .parameters import MOST_ETA, gamma_of
 from .verdict import NARROW
 
+_STILL = 1e-6  # change of η over refits that is none
+
 
 def figures(fit: BrdfFit) -> dict[str, Any]:
     """Return the keys of ``microsurf fit --json`` for a BRDF.
 
-    γ of Beckmann, ∞, is given as 1e9, as in a scene.
+    γ of Beckmann, ∞, is given as 1e9, as in a scene. What is not known is None.
     """
     measured, best = fit.measured, fit.best
     values: dict[str, Any] = {
@@ -82,8 +84,11 @@ def parameters(fit: Fitted) -> dict[str, Any]:
     shapes = [layout.shape(vector) for vector in without]
     found: dict[str, Any] = {"gamma": min(shape.gamma, BECKMANN)}
     if "eta" in place:
-        low, high = interval(of["eta"], without[:, place["eta"]], 0.0, MOST_ETA)
-        found["gamma_ci"] = [min(gamma_of(high), BECKMANN), min(gamma_of(low), BECKMANN)]
+        etas = without[:, place["eta"]]
+        low, high = interval(of["eta"], etas, 0.0, MOST_ETA)
+        ends = [min(gamma_of(high), BECKMANN), min(gamma_of(low), BECKMANN)]
+        # Where every refit stops at a bound, they say nothing about how far it is from there.
+        found["gamma_ci"] = None if np.ptp(etas) < _STILL else ends
     for axis in ("sigma",) if layout.isotropic else ("sigma_x", "sigma_y"):
         name = "sigma_x" if axis == "sigma" else axis
         logs = np.log([getattr(s, name) for s in shapes])
@@ -101,7 +106,8 @@ def parameters(fit: Fitted) -> dict[str, Any]:
     for name in ("n", "k"):
         if name in place:
             found[name] = of[name]
-            found[f"{name}_ci"] = list(interval(of[name], without[:, place[name]], 0.0))
+            bounds = (float(end[place[name]]) for end in layout.bounds)
+            found[f"{name}_ci"] = list(interval(of[name], without[:, place[name]], *bounds))
     return {**found, **_by_channel(fit)}
 
 

@@ -82,11 +82,12 @@ def _title(fit: BrdfFit) -> str:
             beyond = "∞" if ends[1] >= 1e8 else f"{ends[1]:.3g}"
             shown = "∞" if value >= 1e8 else f"{value:.3g}"
             parts.append(f"{symbol} {shown} [{ends[0]:.3g}, {beyond}]")
-    return ", ".join(parts)
+    return parts[0] + ("\n" + ", ".join(parts[1:]) if parts[1:] else "")
 
 
 def _lobes(axes: "Axes", result: list[Curve]) -> None:
     top = max(float(curve.measured.max()) for curve in result)
+    fitted = max(float(curve.fitted.max()) for curve in result)
     bright = [curve.measured[curve.measured > 0].min(initial=top) for curve in result]
     floor = max(min(map(float, bright)) / 2, top * 1e-5)
     for k, curve in enumerate(result):
@@ -98,7 +99,7 @@ def _lobes(axes: "Axes", result: list[Curve]) -> None:
         )  # fmt: skip
         axes.plot(curve.fitted_at, np.maximum(curve.fitted, floor / 10), color=colour, linewidth=1)
     axes.set(
-        yscale="log", xlim=(-90, 90), ylim=(floor, top * 2),
+        yscale="log", xlim=(-90, 90), ylim=(floor, 2 * min(max(top, fitted), 5 * top)),
         ylabel=r"$f\,\cos\theta_o$ (1/sr), mean of channels",
     )  # fmt: skip
     axes.set_xlabel(r"$\theta_o$ (°), mirror side positive; points measured, lines fitted")
