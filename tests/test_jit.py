@@ -23,10 +23,10 @@ KERNELS = sorted(
 OF_A_FACET = """
 import numpy as np
 from microsurf.model.random_walk import facet_kernels
-from microsurf.model.random_walk.parameters import Facet, facet_of
+from microsurf.model.random_walk.parameters import walk_facet
 from microsurf.scene import Scene
 
-facet = facet_of(Scene(), 0.8)._replace(survival=0.0)
+facet = walk_facet(Scene(), 0.8)._replace(survival=0.0)
 state = np.arange(1, 5, dtype=np.uint64)
 # A substrate that keeps all light beyond the body events that are counted exactly.
 ends = [facet_kernels.scatter(0, 0, -1.0, 0, 0, 1.0, 99, facet, state)[3] for _ in range(200)]
