@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import memory
+from .. import memory, seeds
 from ..physics import smith, student_t
 from ..physics.facet import mirror
 from ..physics.fresnel import reflectance
@@ -150,8 +150,7 @@ def _look(
     rays = -(-RAYS // len(sides))
 
     def beam(index: tuple[int, int]) -> Visibility:
-        sequence = np.random.SeedSequence(seed, spawn_key=(2, realisation, *index))
-        rng = np.random.Generator(np.random.SFC64(sequence))
+        rng = seeds.generator(seed, seeds.VISIBILITY, realisation, *index)
         theta, phi = scene.light.theta[index[0]], float(sides[index[1]])
         return visibility(tile, facets, theta, phi, rays, rng, n=material.n, k=material.k)
 

@@ -3,9 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
-from .. import memory
+from .. import memory, seeds
 from ..errors import InputError
 from ..scene import Scene, Surface
 from .detrend import level
@@ -20,7 +18,7 @@ def realisation_seed(seed: int, realisation: int) -> int:
 
     The recipe of the surface holds it, so `generate_surface` makes the same again.
     """
-    return int(np.random.SeedSequence(seed, spawn_key=(0, realisation)).generate_state(1)[0])
+    return seeds.derived(seed, seeds.SURFACES, realisation)
 
 
 def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import memory
+from .. import memory, seeds
 from ..physics.facet import body_weight
 from ..scene import Scene
 from ..surface import Heightfield, mesh, surface_of
@@ -76,9 +76,8 @@ class Piece:
 
     def generator(self) -> np.random.Generator:
         """Its own random numbers."""
-        place = (1, self.source.realisation, self.angle, self.number)
-        sequence = np.random.SeedSequence(self.source.seed, spawn_key=place)
-        return np.random.Generator(np.random.SFC64(sequence))
+        place = self.source.realisation, self.angle, self.number
+        return seeds.generator(self.source.seed, seeds.RAYS, *place)
 
 
 def facet_of(scene: Scene) -> Facet:

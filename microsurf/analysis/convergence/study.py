@@ -30,7 +30,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ... import memory
+from ... import memory, seeds
 from ...errors import InputError
 from ...results import albedos
 from ...scene import Accuracy, Scene, Surface
@@ -160,7 +160,7 @@ def _places(scene: Scene) -> Iterator[_Place]:
 
 def _seed(seed: int, step: int) -> int:
     """Seed of a step: its surfaces and rays are unrelated to those of other steps."""
-    return int(np.random.SeedSequence(seed, spawn_key=(3, step)).generate_state(1)[0])
+    return seeds.derived(seed, seeds.CONVERGENCE, step)
 
 
 def _repeat(

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import memory, model
+from ... import memory, model, seeds
 from ...results import datasets, detector
 from ...scene import CORRELATIONS, Accuracy, Scene, Surface
 from ...trace import measure
@@ -176,8 +176,8 @@ def trace_surfaces(
     return draws_of(measure(traced_scene, seed=seed), scene)
 
 
-def _seed(seed: int, *spawn_key: int) -> int:
-    return int(np.random.SeedSequence(seed, spawn_key=(4, *spawn_key)).generate_state(1)[0])
+def _seed(seed: int, *key: int) -> int:
+    return seeds.derived(seed, seeds.METHODS, *key)
 
 
 def _timed(work: Callable[[], T]) -> tuple[T, float]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from ... import seeds
 from ...errors import InputError
 from ...results import peak
 from ...scene import Scene, Surface
@@ -145,7 +146,7 @@ def bar(total: int, *, progress: bool) -> "tqdm[None]":
 
 def reference_seed(seed: int, batch: int) -> int:
     """Seed of a batch of reference surfaces, unrelated to those of the methods."""
-    return int(np.random.SeedSequence(seed, spawn_key=(5, batch)).generate_state(1)[0])
+    return seeds.derived(seed, seeds.REFERENCES, batch)
 
 
 def refer(

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import memory
+from ... import memory, seeds
 from ...results import detector
 from ...scene import Scene
 from ..directions import direction
@@ -32,7 +32,6 @@ from .slopes import Slopes
 Array = NDArray[np.float64]
 
 BATCHES = 16
-_KEY = 6  # of the walks' seeds, apart from those of other walks
 
 
 def order_change(
@@ -73,8 +72,7 @@ def order_change(
     _walk(0, (0.0, 0.0), most, walked, np.random.default_rng(0))  # compiles
 
     def batch(index: tuple[int, int]) -> tuple[Array, float]:
-        sequence = np.random.SeedSequence(seed, spawn_key=(_KEY, *index))
-        rng = np.random.Generator(np.random.SFC64(sequence))
+        rng = seeds.generator(seed, seeds.MESH_WALKS, *index)
         return _walk(size, angles[index[0]], most, walked, rng)
 
     places = list(product(range(len(angles)), range(BATCHES)))

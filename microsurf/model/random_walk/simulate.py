@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ... import memory
+from ... import memory, seeds
 from ...errors import InputError
 from ...results import detector
 from ...scene import Scene
@@ -90,8 +90,7 @@ def walk(
     most = MOST_EVENTS if scene.requires.multiple_scattering else 1
 
     def piece(a: int, k: int) -> WalkTally:
-        sequence = np.random.SeedSequence(seed, spawn_key=(2, a, k))
-        rng = np.random.Generator(np.random.SFC64(sequence))
+        rng = seeds.generator(seed, seeds.WALKS, a, k)
         theta, phi = angles[a]
         i = direction(np.radians(theta), np.radians(phi))
         exits, events = np.zeros((sizes[k], 3)), np.zeros((sizes[k], 2), np.int64)
