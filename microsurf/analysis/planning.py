@@ -158,7 +158,7 @@ def plan(
     pilot = replace(
         scene,
         surface=replace(scene.surface, realisations=count),
-        accuracy=Accuracy(paths),
+        accuracy=scene.accuracy.with_paths(paths),
         expect={},
     )
     begin = time.perf_counter()
@@ -181,7 +181,7 @@ def plan(
     planned_scene = replace(
         scene,
         surface=replace(scene.surface, realisations=realisations),
-        accuracy=Accuracy(planned),
+        accuracy=scene.accuracy.with_paths(planned),
     )
     return Plan(
         scene=planned_scene,

@@ -124,6 +124,7 @@ def measure_command(
         "leaks": int(measured.leaks.sum()),
         "seconds": measured.attrs["seconds"],
         "paths_per_second": paths / measured.attrs["seconds"],
+        "engine": measured.attrs["engine"],
         "embree_ratio": measured.attrs["embree_ratio"],
         **stated,
     }

@@ -11,7 +11,7 @@ from ..analysis import planning
 from ..analysis.tradeoff.effort import EFFORTS
 from ..errors import InputError
 from ..files import check_readable
-from ..scene import Accuracy, Scene, tail_limit, toml
+from ..scene import ENGINES, Accuracy, Scene, tail_limit, toml
 
 
 class _Input(click.Path):
@@ -125,6 +125,11 @@ accuracy = together(
         type=float,
         help="The same of lobes, relative to themselves. Default that of albedos.",
     ),
+    click.option(
+        "--engine",
+        help=f"What traces: {', '.join(ENGINES)}. exact walks over the heights and loses no "
+        "light; embree intersects triangles.",
+    ),
 )
 dry_run = click.option(
     "--dry-run", is_flag=True, help="Only say what would run, and what it costs."
@@ -234,6 +239,8 @@ def compose(file: Path | None, choose_mesh: bool = False, **given: Any) -> Scene
 def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:
     """Paths asked for take the place of an error, and the other way round."""
     paths, error, lobes = (given.get(key) for key in ("paths", "standard_error", "lobe_error"))
+    if given.get("engine") is not None:
+        base = replace(base, engine=given["engine"])
     if paths is not None:
         if error is not None or lobes is not None:
             name, value = ("standard", error) if error is not None else ("lobe", lobes)
@@ -241,8 +248,8 @@ def _accuracy(base: Accuracy, given: dict[str, Any]) -> Accuracy:
                 f"--paths {paths} and --{name}-error {value}: give one of both; "
                 "paths are then as many as the error takes"
             )
-        return Accuracy(paths)
+        return base.with_paths(paths)
     if error is not None:
         kept = base.lobe_error if lobes is None else lobes
-        return Accuracy(standard_error=error, lobe_error=kept)
+        return Accuracy(standard_error=error, lobe_error=kept, engine=base.engine)
     return base if lobes is None else replace(base, lobe_error=lobes)

@@ -6,6 +6,7 @@ from tqdm import tqdm
 
 from .. import memory
 from ..trace import work_items
+from ..trace.engine import AUTO
 from .area import projected_area
 from .determinism import threads
 from .furnace import furnaces
@@ -32,7 +33,7 @@ def global_invariants(
         Show a progress bar on standard error if that is a terminal.
 
     """
-    work_items.compiled()
+    work_items.compiled(AUTO)
     with ThreadPoolExecutor(workers or memory.cores()) as pool:
         steps = (
             lambda: furnaces(pool, seed, workers),

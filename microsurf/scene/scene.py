@@ -14,6 +14,7 @@ Several = float | Sequence[float]
 STRUCTURES = ("independent", "tops", "middle", "extremes")
 """Where the steep facets of a generated surface lie in height."""
 BOUNDARIES = ("periodic", "mirror")
+ENGINES = ("auto", "exact", "embree")
 LEVELS = ("none", "plane", "quadratic")
 VOIDS = ("refuse", "crop", "fill")
 """What is done with points of a measured surface that were not measured."""
@@ -226,14 +227,21 @@ class Accuracy:
     """How much work: paths for each angle and realisation, or the error to reach.
 
     ``standard_error`` is that of albedos, ``lobe_error`` that of lobes relative to
-    themselves (see `precision`), by default the same number.
+    themselves (see `precision`), by default the same number. ``engine`` traces, one of
+    ENGINES; "auto" is kept as None.
     """
 
     paths: int = DEFAULT_PATHS
     standard_error: float | None = None
     lobe_error: float | None = None
+    engine: str | None = None
 
     def __post_init__(self) -> None:
+        if self.engine is not None:
+            validators.require(
+                self.engine in ENGINES, "accuracy.engine", self.engine, ", ".join(ENGINES)
+            )
+            object.__setattr__(self, "engine", None if self.engine == "auto" else self.engine)
         validators.integer("accuracy.paths", self.paths, 1, MOST_PATHS)
         for name in ("standard_error", "lobe_error"):
             target = getattr(self, name)
@@ -252,6 +260,10 @@ class Accuracy:
                 f"accuracy.paths = {self.paths} and standard_error = {self.standard_error}: "
                 "give one of both; paths are then as many as the error takes"
             )
+
+    def with_paths(self, paths: int) -> "Accuracy":
+        """So many paths instead, by the same engine."""
+        return Accuracy(paths, engine=self.engine)
 
 
 @dataclass(frozen=True)

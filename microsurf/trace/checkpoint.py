@@ -24,6 +24,7 @@ from ..errors import InputError, MicrosurfError
 from ..files import whole_file
 from ..scene import Scene
 from ..scene.toml import to_toml
+from .engine import engine_of
 from .scheduler import Lane
 from .wavefront import Tally
 from .work_items import PIECE, Piece, Source
@@ -67,6 +68,7 @@ class Keep:
             "tally": [f.name for f in fields(Tally)],
             "seed": seed,
             "scene": to_toml(scene),
+            "engine": engine_of(scene),
             "surfaces": None if sources is None else [source.name for source in sources],
         }
         self._run = hashlib.sha256(json.dumps(run).encode()).hexdigest()
@@ -124,8 +126,8 @@ class Keep:
             )
         if ours and _read(note) != self._run:
             raise InputError(
-                f"{self._folder}: holds pieces of another run (another scene, seed, surface or "
-                "version); resume that one with its own options, or remove the folder"
+                f"{self._folder}: holds pieces of another run (another scene, seed, surface, "
+                "engine or version); resume that one with its own options, or remove the folder"
             )
 
     def _path(self, piece: Piece, number: int) -> Path:

@@ -18,6 +18,7 @@ from ..scene import Scene
 from ..surface import Heightfield, surface_of
 from . import work_items
 from .checkpoint import Keep
+from .engine import engine_of
 from .scheduler import ROUND, Ledger
 from .wavefront import Tally
 from .work_items import Piece, Source
@@ -106,7 +107,7 @@ def measure(
     crew = executor or ThreadPoolExecutor(workers)
     spans: list[tuple[float, float]] = []
     try:
-        work_items.compiled()
+        work_items.compiled(engine_of(scene))
         with bar:
             for done in _work(crew, ledger, kept, 2 * workers):
                 now = time.perf_counter()
@@ -133,6 +134,7 @@ def measure(
         "grazes": float(measured.grazes.sum()),
         "seconds": _covered(spans) + max(float(seconds) - busy, 0.0) / workers,
         "embree_ratio": float(inside / seconds),
+        "engine": engine_of(scene),
     }
     if sources and sources[0].given is not None and sources[0].given.provenance:
         measured.attrs["surface"] = json.dumps(dict(sources[0].given.provenance))

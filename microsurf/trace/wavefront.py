@@ -18,7 +18,7 @@ from .grid import Grid
 from .kernels.empty_space import OFFSET, launch
 from .kernels.fans import FAN, LIKE, all_rings
 from .kernels.scatter import take_events
-from .kernels.state import BATCHES, empty_tallies, empty_wave
+from .kernels.state import BATCHES, Detector, empty_tallies, empty_wave
 
 WAVE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
 
@@ -201,15 +201,36 @@ def trace(
         )  # fmt: skip
         wave, then = then, wave
         grazes, leaks = grazes + grazed, leaks + leaked
+    return tally_of(
+        tallies,
+        facet,
+        np.arange(light) % BATCHES,
+        (traced, grazes, leaks),
+        (time.perf_counter() - begin, inside),
+    )
+
+
+def tally_of(
+    tallies: Detector,
+    facet: Facet,
+    batch: NDArray[np.int64],
+    counts: tuple[int, int, int],
+    seconds: tuple[float, float],
+) -> Tally:
+    """Put together what the detector has seen of light rays, each of one ``batch``.
+
+    ``counts`` are rays, grazes and leaks; ``seconds`` as in `Tally`.
+    """
+    light = len(batch)
     seen = np.flatnonzero(tallies.batches.any(axis=(0, 1)))
     events = int(seen[-1]) + 1 if len(seen) else 1
     return Tally(
         tallies.energy[:events].transpose(1, 0, 3, 2).copy(),
         tallies.squares.swapaxes(1, 2).copy(),
         tallies.batches[:, :, :events].copy(),
-        np.bincount(np.arange(light) % BATCHES, minlength=BATCHES).astype(float),
+        np.bincount(batch, minlength=BATCHES).astype(float),
         tallies.ended,
         tallies.lost,
-        np.array([light, light * facet.branches, traced, grazes, leaks]),
-        np.array([time.perf_counter() - begin, inside]),
+        np.array([light, light * facet.branches, *counts]),
+        np.array(seconds),
     )

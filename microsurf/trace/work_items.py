@@ -15,10 +15,9 @@ from .. import memory, seeds
 from ..physics.facet import body_weight
 from ..scene import Scene
 from ..surface import Heightfield, mesh, surface_of
-from .embree import EmbreeTile
-from .grid import from_heights
-from .plane import Plane
-from .wavefront import Facet, Tally, Tile, trace
+from . import engine
+from .engine import AnyTile
+from .wavefront import Facet, Tally
 
 PIECE = 131_072
 """Paths of one piece: a tenth of a second, and a fortieth of a large result to lose."""
@@ -46,14 +45,15 @@ class Source:
             digest.update(np.ascontiguousarray(self.given.heights).tobytes())
         return digest.hexdigest()
 
-    def tile(self) -> Tile:
+    def tile(self) -> AnyTile:
         """Make the surface and what rays meet of it; a flat scene has no mesh."""
+        name = engine.engine_of(self.scene)
         if self.given is None and not self.scene.requires.roughness:
-            return Plane()
+            return engine.plane(name)
         surface = self.given or surface_of(self.scene, self.seed, self.realisation)
         made = mesh(surface)
         memory.require(made.heights.size, memory.TRACE_BYTES_PER_CELL, "surface")
-        return EmbreeTile(from_heights(made.heights, made.flipped))
+        return engine.tile_of(name, made.heights, made.flipped)
 
 
 @dataclass(frozen=True)
@@ -94,23 +94,24 @@ def facet_of(scene: Scene) -> Facet:
 
 
 @functools.cache
-def compiled() -> None:
-    """Compile what traces, once a process, before any clock runs."""
+def compiled(name: str) -> None:
+    """Compile an engine, once a process, before any clock runs."""
     facet = Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
-    trace(Plane(), 0.0, 0.0, facet, 1, np.random.default_rng(0))
+    engine.trace(engine.plane(name), 0.0, 0.0, facet, 1, np.random.default_rng(0))
 
 
 _building = threading.Lock()
-_built: dict[str, Tile] = {}
+_built: dict[str, AnyTile] = {}
 
 
-def _tile(piece: Piece) -> Tile:
+def _tile(piece: Piece) -> AnyTile:
     """The piece's tile: the last one is kept, pieces come in the order of realisations."""
+    name = f"{engine.engine_of(piece.source.scene)} {piece.name}"
     with _building:
-        if piece.name not in _built:
+        if name not in _built:
             _built.clear()
-            _built[piece.name] = piece.source.tile()
-        return _built[piece.name]
+            _built[name] = piece.source.tile()
+        return _built[name]
 
 
 def forget() -> None:
@@ -121,9 +122,9 @@ def forget() -> None:
 
 def run(piece: Piece) -> Tally:
     """Do the work."""
-    compiled()
     scene = piece.source.scene
-    return trace(
+    compiled(engine.engine_of(scene))
+    return engine.trace(
         _tile(piece),
         piece.theta,
         piece.phi,

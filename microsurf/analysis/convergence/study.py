@@ -33,7 +33,7 @@ from tqdm import tqdm
 from ... import memory, seeds
 from ...errors import InputError
 from ...results import albedos
-from ...scene import Accuracy, Scene, Surface
+from ...scene import Scene, Surface
 from ...stats.convergence_order import difference, mean_of, order, part_and_whole, power
 from ...stats.variance_components import components_of
 from ...surface import surface_of
@@ -102,7 +102,9 @@ def converge(
         done: dict[Surface, _Seen] = {}
         paths = min(effort.paths, scene.accuracy.paths)
         for k, step in enumerate(dict.fromkeys(meshes + tiles)):
-            step_scene = replace(scene, surface=step, accuracy=Accuracy(paths), expect={})
+            step_scene = replace(
+                scene, surface=step, accuracy=scene.accuracy.with_paths(paths), expect={}
+            )
             memory.require_lobes(step.realisations, scene.light.angles)
             done[step] = _seen(measure(step_scene, seed=_seed(seed, k), workers=workers), places)
             bar.update()
@@ -171,7 +173,9 @@ def _repeat(
     if scene.requires.roughness:
         surfaces = [surface_of(scene, seeds[0], 0)] * repeats
     surface = replace(scene.surface, realisations=repeats)
-    step_scene = replace(scene, surface=surface, accuracy=Accuracy(paths), expect={})
+    step_scene = replace(
+        scene, surface=surface, accuracy=scene.accuracy.with_paths(paths), expect={}
+    )
     return measure(step_scene, surfaces, seed=seeds[1], workers=workers)
 
 

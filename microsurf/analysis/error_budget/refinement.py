@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
-from ...scene import MAX_CELLS, Accuracy, Scene
+from ...scene import MAX_CELLS, Scene
 from ...surface import Heightfield, generate_surface, realisation_seed, surface_of
 from ...trace import measure
 from .regions import components
@@ -53,7 +53,7 @@ def refine(
     if surface.file is not None or not scene.requires.roughness or 2 * surface.cells > MAX_CELLS:
         return None
     paths = min(scene.accuracy.paths, PATHS)
-    refined_scene = replace(scene, accuracy=Accuracy(paths), expect={})
+    refined_scene = replace(scene, accuracy=scene.accuracy.with_paths(paths), expect={})
     surface_seed = realisation_seed(seed, _SEED * 1000)
 
     half = replace(refined_scene, surface=replace(surface, cells=max(surface.cells // 2, 2)))

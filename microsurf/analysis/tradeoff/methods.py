@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ... import memory, model, seeds
 from ...results import datasets, detector
-from ...scene import CORRELATIONS, Accuracy, Scene, Surface
+from ...scene import CORRELATIONS, Scene, Surface
 from ...trace import measure
 from .effort import TradeoffEffort
 
@@ -171,7 +171,10 @@ def trace_surfaces(
 ) -> dict[Place, Draws]:
     """Draws of ``count`` surfaces, each illuminated by ``paths`` at every angle."""
     traced_scene = replace(
-        scene, surface=replace(surface, realisations=count), accuracy=Accuracy(paths), expect={}
+        scene,
+        surface=replace(surface, realisations=count),
+        accuracy=scene.accuracy.with_paths(paths),
+        expect={},
     )
     return draws_of(measure(traced_scene, seed=seed), scene)
 

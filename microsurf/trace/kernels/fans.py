@@ -185,10 +185,10 @@ def sector_of(dx, dy, azimuth):
 
 
 @inlined
-def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, rng):
+def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, chance):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 
-    Light is ``weight``; the ring is −1 if nothing is blocked.
+    Light is ``weight``; ``chance`` in [0, 1) draws the ring, which is −1 if nothing is blocked.
     """
     count, total = shares(fan[5], fan[6], fan[8], rings, light)
     sector = sector_of(fan[3], fan[4], azimuth)
@@ -201,7 +201,7 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, rng):
     tallies.batches[batch, 0, 1] += seen / total * weight
     blocked = total - seen
     ring = min(first, count)
-    left = rng.random() * blocked
+    left = chance * blocked
     if ring == count:
         return -1, 0.0
     while ring < count - 1 and left >= light[ring]:

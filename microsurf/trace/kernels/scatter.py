@@ -39,14 +39,15 @@ def _body_direction(mx, my, mz, facet, bound, rng):
 
 
 @inlined
-def _mirrored(dx, dy, dz, mx, my, mz, mu):
+def mirror(dx, dy, dz, mx, my, mz, mu):
+    """Direction of a ray after a mirror; μ is the cosine of incidence."""
     dx, dy, dz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
     norm = np.sqrt(dx * dx + dy * dy + dz * dz)
     return dx / norm, dy / norm, dz / norm
 
 
 @inlined
-def _arrive(tallies, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
+def arrive(tallies, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
     """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
     row = min(order, 4) - 1
     if body > detector.BODY_EXACT:
@@ -121,7 +122,7 @@ def take_events(
             )  # fmt: skip
             continue
         if fate == OUT:
-            _arrive(
+            arrive(
                 tallies, dx, dy, dz, weight, order, body, batch,
                 azimuth, ring_cosines, body_edges,
             )  # fmt: skip
@@ -144,9 +145,9 @@ def take_events(
             if not mirrored and not scattered:
                 tallies.ended[ABSORBED] += weight
         if mirrored:
-            ox, oy, oz = _mirrored(dx, dy, dz, mx, my, mz, mu)
+            ox, oy, oz = mirror(dx, dy, dz, mx, my, mz, mu)
             if oz > 0 and pz >= top:
-                _arrive(
+                arrive(
                     tallies, ox, oy, oz, mirror_weight, order + 1, body, batch,
                     azimuth, ring_cosines, body_edges,
                 )  # fmt: skip
@@ -203,7 +204,7 @@ def _search(
         then.state[alive, 4], then.state[alive, 5], then.state[alive, 6] = low, high, ring
         return alive + 1
     found[like(fan, grid), low] += 1
-    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, tallies, rng)
+    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, tallies, rng.random())
     if ring < 0:
         return alive
     if not facet.multiple_scattering:

@@ -1,0 +1,142 @@
+"""The exact engine: one compiled loop from the light to the end, over heights without a mesh."""
+
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics.fresnel import transmittance_bound
+from ..results import detector
+from .beam import direction, stratified_points
+from .kernels.exact_fan import nodes_of
+from .kernels.exact_path import trace_light
+from .kernels.fans import FAN, all_rings
+from .kernels.splitmix import stream
+from .kernels.state import BATCHES, empty_tallies
+from .wavefront import Facet, Tally, tally_of
+
+FINE = 1024.0
+"""Cells: heights beyond it are kept in float64; float32 resolves 3e−5 of a cell there."""
+
+Heights = NDArray[np.floating[Any]]
+
+
+class ExactTile(NamedTuple):
+    """One period of heights in cells, and what lets a ray skip most of them.
+
+    Attributes
+    ----------
+    heights : ndarray, shape (rows + 1, columns + 1)
+        Heights of all vertices in cells, the first row and column once more at the end;
+        float32, or float64 where they go beyond FINE.
+    flipped : ndarray of bool, shape (rows, columns)
+        Cells split by the other diagonal.
+    tops : ndarray, shape (rows, columns)
+        Greatest height of each cell.
+    ahead : ndarray
+        Greatest heights of 2 × 2 blocks, level by level; of each level for the four
+        quadrants of direction, (+x, +y), (−x, +y), (+x, −y), (−x, −y), row by row.
+    levels : ndarray of int64, shape (levels, 3)
+        Of level k, whose blocks have 2^(k+1) cells a side: its first entry in ``ahead``,
+        its blocks along x and along y. The last level has one block.
+    columns, rows : int
+        Cells of the period.
+    bottom, top : float
+        Lowest and greatest height.
+
+    """
+
+    heights: Heights
+    flipped: NDArray[np.bool_]
+    tops: Heights
+    ahead: Heights
+    levels: NDArray[np.int64]
+    columns: int
+    rows: int
+    bottom: float
+    top: float
+
+
+def exact_tile(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> ExactTile:
+    """Prepare one period of heights in cells, shape (rows, columns), see `surface.mesh`."""
+    rows, columns = heights.shape
+    kind = np.float32 if np.abs(heights).max() <= FINE else np.float64
+    vertices = np.pad(heights.astype(kind), (0, 1), mode="wrap")
+    cells = np.maximum(vertices[:-1], vertices[1:])
+    tops = np.ascontiguousarray(np.maximum(cells[:, :-1], cells[:, 1:]))
+    ahead, levels = _pyramid(tops)
+    return ExactTile(
+        vertices,
+        np.ascontiguousarray(flipped),
+        tops,
+        ahead,
+        levels,
+        columns,
+        rows,
+        float(vertices.min()),
+        float(vertices.max()),
+    )
+
+
+def _pyramid(tops: Heights) -> tuple[Heights, NDArray[np.int64]]:
+    """Greatest heights ahead and their levels, see `ExactTile`."""
+    parts: list[Heights] = []
+    levels: list[tuple[int, int, int]] = []
+    start = 0
+    blocks = tops
+    while not levels or blocks.size > 1:
+        blocks = _halved(_halved(blocks, 0), 1)
+        levels.append((start, blocks.shape[1], blocks.shape[0]))
+        for step_y in (-1, 1):
+            for step_x in (-1, 1):
+                both = np.maximum(blocks, np.roll(blocks, step_x, axis=1))
+                parts.append(np.maximum(both, np.roll(both, step_y, axis=0)).ravel())
+                start += blocks.size
+    return np.concatenate(parts), np.array(levels, np.int64)
+
+
+def _halved(blocks: Heights, axis: int) -> Heights:
+    """Greatest of every two neighbours; an odd last one stays alone."""
+    starts = np.arange(0, blocks.shape[axis], 2)
+    halved: Heights = np.maximum.reduceat(blocks, starts, axis=axis)
+    return halved
+
+
+POOL = 2
+"""Light rays that share a fan and a path: fans cost more than light rays, which lobes of
+mirrored light want many of."""
+
+
+def trace(
+    tile: ExactTile,
+    theta: float,
+    phi: float,
+    facet: Facet,
+    paths: int,
+    rng: np.random.Generator,
+    *,
+    part: int = 0,
+    parts: int = 1,
+    azimuth: float | None = None,
+) -> Tally:
+    """Follow paths of light from (θ, φ), in degrees, until each has ended.
+
+    As `wavefront.trace`, over heights instead of triangles; nothing is ever lost.
+    """
+    begin = time.perf_counter()
+    light = -(-paths // facet.branches)
+    starts = stratified_points(light, rng, part, parts) * (tile.columns, tile.rows)
+    rings = all_rings(facet.n if facet.interface else 1.0)
+    count = len(rings.edges) - 1
+    room = np.zeros(FAN), np.zeros(2 * count), np.zeros(count)
+    tallies = empty_tallies()
+    rays = trace_light(
+        tile, starts, *-direction(theta, phi), POOL, facet,
+        transmittance_bound(facet.n) if facet.substrate else 1.0,
+        phi if azimuth is None else azimuth, np.cos(np.radians(detector.RING_EDGES[1:])),
+        detector.BODY_EDGES, rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies,
+        stream(rng),
+    )  # fmt: skip
+    batch = np.arange(light) // POOL % BATCHES
+    return tally_of(tallies, facet, batch, (rays, 0, 0), (time.perf_counter() - begin, 0.0))

@@ -1,0 +1,199 @@
+"""Light rays of the exact engine from the light to their end, compiled.
+
+The chain of mirrors from the light is followed as it is, with the weight of its Fresnel
+factors. What passes into the substrate of a light ray's first facet comes out as a fan
+(see `fans`), one for a group of light rays that follow each other: of their points one is
+drawn, by weight, and stands for all. The light that the fan loses behind its horizon, and
+all that enters substrates later along the chains, goes into a *reservoir* (Chao 1982, "A
+general purpose unequal probability sampling plan"): it keeps one of them, by weight, and
+one path follows it with the weight of all. So the books close group by group, and later
+orders cost no branching.
+"""
+
+import numpy as np
+
+from ...jit import compiled, inlined
+from ...results import detector
+from .exact_fan import deposit
+from .exact_horizon import FOOTPRINT, first_blocked, free_flight
+from .exact_walk import sideways, walk
+from .fans import elevation, sector_of, transmittance
+from .scatter import arrive, mirror
+from .splitmix import uniform
+from .state import ABSORBED, BATCHES, LEFT_OUT
+
+
+@inlined
+def body_direction(mx, my, mz, first, second, facet, bound, random):
+    """Direction of light that leaves the substrate: ∝ T(μ_o) μ_o about the normal.
+
+    A uniform point of the sphere that touches the facet, of two numbers in [0, 1), is a
+    cosine lobe; kept ∝ T(μ_o) it leaves every body event the same weight.
+    """
+    while True:
+        s = 2 * first - 1
+        turn = 2 * np.pi * second
+        ring = np.sqrt(1 - s * s)
+        dx, dy, dz = mx + ring * np.cos(turn), my + ring * np.sin(turn), mz + s
+        norm = np.sqrt(dx * dx + dy * dy + dz * dz)
+        if norm > 1e-9:
+            dx, dy, dz = dx / norm, dy / norm, dz / norm
+            if not facet.interface:
+                break
+            mu = dx * mx + dy * my + dz * mz
+            if mu > 0 and uniform(random) * bound < transmittance(mu, facet.n, 0.0):
+                break
+        first, second = uniform(random), uniform(random)
+    return dx, dy, dz
+
+
+@compiled
+def trace_light(
+    tile, starts, dx, dy, dz, pool, facet, bound, azimuth, ring_cosines, body_edges,
+    rings, nodes, room, pair, tallies, random,
+):  # fmt: skip
+    """Follow light rays, from ``starts`` in the plane of the highest point, until all have ended.
+
+    ``pool`` of them that follow each other share a fan and a path, and a batch. ``room`` is
+    for the numbers of one fan, two numbers and one number a ring; ``pair`` is the point of a
+    low-discrepancy sequence, for the fans' directions. Returns the number of rays.
+    """
+    fan, light, into_rings = room
+    count = len(starts)
+    traced = 0
+    even_x, even_y = pair
+    dx, dy = sideways(dx), sideways(dy)
+    block_x = block_y = -1
+    free = 0.0
+    entered = waiting = 0.0  # light in substrates: at first facets; in the reservoir
+    # Of the first facets and of the reservoir the one that was drawn.
+    ax = ay = az = amx = amy = amz = 0.0
+    acx = acy = aside = 0
+    bx = by = bz = bmx = bmy = bmz = 0.0
+    bcx = bcy = bside = border = 0
+    for k in range(count):
+        batch = (k // pool) % BATCHES
+        x, y = starts[k, 0], starts[k, 1]
+        cx, cy = min(int(x), tile.columns - 1), min(int(y), tile.rows - 1)
+        if cx // FOOTPRINT != block_x or cy // FOOTPRINT != block_y:
+            block_x, block_y = cx // FOOTPRINT, cy // FOOTPRINT
+            free = free_flight(tile, block_x * FOOTPRINT, block_y * FOOTPRINT, dx, dy, dz)
+        t = free
+        if t > 0:
+            # Back into the period, the start too: coordinates count from the cell's period.
+            ix, iy = int(np.floor(x + t * dx)), int(np.floor(y + t * dy))
+            cx, cy = ix % tile.columns, iy % tile.rows
+            x, y = x - (ix - cx), y - (iy - cy)
+        z, side = tile.top, -1
+        ox, oy, oz = dx, dy, dz
+        weight = 1.0
+        order = 0
+        while True:
+            traced += 1
+            side, cx, cy, fx, fy, p, q, z = walk(tile, x, y, z, ox, oy, oz, t, cx, cy, side)
+            if side < 0:
+                arrive(
+                    tallies, ox, oy, oz, weight, order, 0, batch,
+                    azimuth, ring_cosines, body_edges,
+                )  # fmt: skip
+                break
+            if order > 0 and not facet.multiple_scattering:
+                tallies.ended[LEFT_OUT] += weight
+                break
+            order += 1
+            x, y, t = cx + fx, cy + fy, 0.0
+            length = np.sqrt(1 + p * p + q * q)
+            mx, my, mz = -p / length, -q / length, 1 / length
+            mu = min(max(-(ox * mx + oy * my + oz * mz), 1e-12), 1.0)
+            through = transmittance(mu, facet.n, facet.k) if facet.interface else 1.0
+            into = through * weight
+            if not facet.substrate:
+                tallies.ended[ABSORBED] += into
+            elif order == 1:
+                entered += into
+                if entered == into or uniform(random) * entered < into:
+                    ax, ay, az, amx, amy, amz = x, y, z, mx, my, mz
+                    acx, acy, aside = cx, cy, side
+            else:
+                waiting += into
+                if waiting == into or uniform(random) * waiting < into:
+                    bx, by, bz, bmx, bmy, bmz = x, y, z, mx, my, mz
+                    bcx, bcy, bside, border = cx, cy, side, order
+            if not facet.interface:
+                break
+            weight *= 1 - through
+            ox, oy, oz = mirror(ox, oy, oz, mx, my, mz, mu)
+            ox, oy = sideways(ox), sideways(oy)
+        if not facet.substrate or ((k + 1) % pool != 0 and k + 1 < count):
+            continue
+
+        chosen = -1  # ring of the fan's light that goes on
+        if entered > 0:
+            even_x, even_y = (even_x + _R2_X) % 1.0, (even_y + _R2_Y) % 1.0
+            ox, oy, oz = body_direction(amx, amy, amz, even_x, even_y, facet, bound, random)
+            across = max(np.hypot(ox, oy), 1e-300)
+            fan[0], fan[1], fan[2] = ax, ay, az
+            fan[3], fan[4] = ox / across, oy / across
+            fan[5], fan[6] = amz, amx * fan[3] + amy * fan[4]
+            fan[7] = uniform(random)
+            fan[8] = np.pi / 2 + np.arctan2(fan[6], amz)
+            high = min(np.searchsorted(rings.edges, fan[8]), len(ring_cosines))
+            first = first_blocked(
+                tile, ax, ay, az, acx, acy, aside, fan[3], fan[4],
+                fan[5], fan[6], fan[8], fan[7], high, rings, nodes,
+            )  # fmt: skip
+            chosen, blocked = deposit(
+                fan, first, entered, batch, sector_of(fan[3], fan[4], azimuth),
+                rings, nodes, light, into_rings, tallies, uniform(random),
+            )  # fmt: skip
+            entered = 0.0
+            if chosen >= 0 and not facet.multiple_scattering:
+                tallies.ended[LEFT_OUT] += blocked
+                chosen = -1
+            if chosen >= 0:
+                waiting += blocked
+                if waiting != blocked and uniform(random) * waiting >= blocked:
+                    chosen = -1
+        if waiting == 0:
+            continue
+        weight, waiting = waiting, 0.0
+        body = 1
+        if chosen >= 0:
+            x, y, z, cx, cy, side, order = ax, ay, az, acx, acy, aside, 1
+            theta = elevation(chosen, fan[5], fan[6], fan[8], fan[7], rings)
+            ox, oy, oz = np.sin(theta) * fan[3], np.sin(theta) * fan[4], np.cos(theta)
+        else:
+            x, y, z, cx, cy, side, order = bx, by, bz, bcx, bcy, bside, border
+            ox, oy, oz = body_direction(
+                bmx, bmy, bmz, uniform(random), uniform(random), facet, bound, random
+            )
+        while True:
+            traced += 1
+            ox, oy = sideways(ox), sideways(oy)
+            side, cx, cy, fx, fy, p, q, z = walk(tile, x, y, z, ox, oy, oz, 0.0, cx, cy, side)
+            if side < 0:
+                arrive(
+                    tallies, ox, oy, oz, weight, order, body, batch,
+                    azimuth, ring_cosines, body_edges,
+                )  # fmt: skip
+                break
+            order += 1
+            x, y = cx + fx, cy + fy
+            length = np.sqrt(1 + p * p + q * q)
+            mx, my, mz = -p / length, -q / length, 1 / length
+            mu = min(max(-(ox * mx + oy * my + oz * mz), 1e-12), 1.0)
+            if facet.interface and uniform(random) >= transmittance(mu, facet.n, facet.k):
+                ox, oy, oz = mirror(ox, oy, oz, mx, my, mz, mu)
+                continue
+            if body >= detector.BODY_EXACT and uniform(random) >= facet.survival:
+                tallies.ended[ABSORBED] += weight
+                break
+            body += 1
+            ox, oy, oz = body_direction(
+                mx, my, mz, uniform(random), uniform(random), facet, bound, random
+            )
+    return traced
+
+
+_R2_X, _R2_Y = 0.7548776662466927, 0.5698402909980532
+"""Steps of the R2 sequence (Roberts 2018): 1/g and 1/g², g³ = g + 1."""
