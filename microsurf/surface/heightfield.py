@@ -264,6 +264,33 @@ def measured_facets(h: Heightfield) -> NDArray[np.bool_] | None:
     return np.stack([diagonal & good[:-1, 1:], diagonal & good[1:, :-1]])
 
 
+def slopes_of_both_splits(h: Heightfield) -> tuple[Array, Array, NDArray[np.bool_] | None]:
+    """Slopes of the facets of every cell split by either diagonal, and which were measured.
+
+    Of heights with noise, facets of one diagonal alone have slopes along x and y that hang
+    together, which looks like a lay at 45°; those of both have not.
+
+    Returns
+    -------
+    p, q : ndarray, shape (4, rows, columns)
+        As `facet_slopes`: lower, upper, and those of the other diagonal.
+    measured : ndarray of bool, shape (4, rows, columns), or None
+        As `measured_facets`.
+
+    """
+    p, q = facet_slopes(h)
+    measured = measured_facets(h)
+    p, q = np.concatenate([p, p]), np.concatenate([q, q[::-1]])
+    if measured is None:
+        return p, q, None
+    good = ~np.asarray(h.filled)
+    if h.boundary == "periodic":
+        good = np.pad(good, ((0, 1), (0, 1)), mode="wrap")
+    other = good[:-1, 1:] & good[1:, :-1]
+    others = np.stack([other & good[:-1, :-1], other & good[1:, 1:]])
+    return p, q, np.concatenate([measured, others])
+
+
 def facet_normals(h: Heightfield) -> Array:
     """Return the unit normals of every facet, as `facet_slopes`; shape (2, rows, columns, 3)."""
     return student_t.normals(*facet_slopes(h))

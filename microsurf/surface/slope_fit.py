@@ -3,6 +3,7 @@
 See `slope_likelihood` for the likelihood and the intervals. The axes are those of the
 scatter of the slopes: σ_x is that of the axis nearer to x, `azimuth` the angle to it
 from +x towards +y (as seen from above, where y is down, clockwise), −45° … 45°.
+Every cell is split by either diagonal, so that a mesh's own does not pass for a lay.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from ..errors import InputError
-from .heightfield import Heightfield, facet_slopes, measured_facets
+from .heightfield import Heightfield, slopes_of_both_splits
 from .slope_likelihood import TILES, Maximum, covariance, maximise
 from .statistics import ks_distance
 
@@ -68,8 +69,7 @@ def fit_slopes(h: Heightfield) -> SlopeFit:
         fits: a point mass has no density.
 
     """
-    p, q = facet_slopes(h)
-    measured = measured_facets(h)
+    p, q, measured = slopes_of_both_splits(h)
     sloping = (p, q) if measured is None else (p[measured], q[measured])
     general = _checked(*sloping)
     cov, naive, freedom = covariance(p, q, general, measured)
@@ -106,9 +106,15 @@ def fit_slopes(h: Heightfield) -> SlopeFit:
         else None,
         isotropy=isotropy,
         ks=ks_distance(np.sqrt(np.sort(rho2(*sloping, result.scatter))), gamma),
-        facets=sloping[0].size,
+        facets=sloping[0].size // 2,
         effective_facets=float(sloping[0].size * naive[1, 1] / cov[1, 1]),
     )
+
+
+def slopes_to_fit(h: Heightfield) -> tuple[Array, Array]:
+    """Slopes along x and y that `fit_slopes` fits, flat."""
+    p, q, measured = slopes_of_both_splits(h)
+    return (p.ravel(), q.ravel()) if measured is None else (p[measured], q[measured])
 
 
 def gamma_of(eta: float) -> float:
@@ -124,16 +130,16 @@ def rho2(p: Array, q: Array, scatter: Array) -> Array:
 
 def _checked(p: Array, q: Array) -> Maximum:
     """The fit, if there is one."""
-    if p.size < MIN_FACETS:
-        raise InputError(f"{p.size} facets: a fit needs {MIN_FACETS}; take a larger surface")
+    if p.size < 2 * MIN_FACETS:
+        raise InputError(f"{p.size // 2} facets: a fit needs {MIN_FACETS}; take a larger surface")
     flat = int(np.count_nonzero((p == 0) & (q == 0)))
     if flat <= p.size // 2:
         result = maximise(p, q)
         if result.eta < 0.999 * result.eta_limit:
             return result
     raise InputError(
-        f"{flat} of {p.size} facets are exactly flat: no STD fits; a plateau, a filled gap, or "
-        "heights in steps that are too coarse"
+        f"{flat // 2} of {p.size // 2} facets are exactly flat: no STD fits; a plateau, a "
+        "filled gap, or heights in steps that are too coarse"
         if flat
         else "no STD with γ > 1.05 fits: a few facets are steeper than any tail; look for spikes"
     )

@@ -94,6 +94,18 @@ def test_the_general_fit_agrees_with_a_direct_search():
     np.testing.assert_allclose(found.scatter, expected, rtol=1e-4)
 
 
+def test_noise_has_no_lay():
+    """Facets of one diagonal lie along it (negative control); a mirrored lay is mirrored."""
+    noise = Heightfield(np.random.default_rng(69).normal(size=(128, 128)), boundary="mirror")
+    assert fit_slopes(noise).isotropic
+    one = maximise(*facet_slopes(noise)).scatter
+    assert one[0, 1] < -0.3 * one[0, 0]
+    lay = turned(128, (4.0, 8.0), 20.0, np.random.default_rng(70)).heights
+    both = [fit_slopes(Heightfield(h, boundary="mirror")) for h in (lay, lay[:, ::-1])]
+    assert both[0].azimuth == pytest.approx(-both[1].azimuth, abs=1e-3)
+    assert both[0].gamma == pytest.approx(both[1].gamma, rel=1e-4)
+
+
 def test_filled_points_have_no_say():
     made = generate_surface(2.5, 0.3, cells=160, seed=66)
     filled = np.zeros((160, 160), dtype=bool)
@@ -103,7 +115,7 @@ def test_filled_points_have_no_say():
     assert fit.gamma_ci[0] < 2.5 < fit.gamma_ci[1]
     assert fit.sigma_ci[0] < 0.3 < fit.sigma_ci[1]
     assert fit.facets < 2 * 160**2
-    assert fit.sigma == pytest.approx(fit_std(Heightfield(spoilt, filled=filled)).sigma, rel=1e-3)
+    assert fit.sigma == pytest.approx(fit_std(Heightfield(spoilt, filled=filled)).sigma, rel=0.01)
     assert fit_slopes(Heightfield(spoilt)).gamma < 2.45
 
 

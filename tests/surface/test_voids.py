@@ -3,7 +3,7 @@ import pytest
 
 from microsurf.errors import InputError
 from microsurf.surface import Heightfield, from_array, level
-from microsurf.surface.heightfield import facet_slopes, measured_facets
+from microsurf.surface.heightfield import facet_slopes, measured_facets, slopes_of_both_splits
 from microsurf.surface.voids import fill, largest_rectangle, mend
 
 
@@ -105,6 +105,8 @@ def test_facets_at_filled_points_are_told_apart(boundary):
     # A facet has a corner whose height is in neither p nor q alone, but in one of both.
     assert np.array_equal(measured_facets(h), (p == p2) & (q == q2))
     assert measured_facets(other) is None
+    (p, q, good), (p2, q2, _) = slopes_of_both_splits(h), slopes_of_both_splits(other)
+    assert np.array_equal(good, (p == p2) & (q == q2))
 
 
 @pytest.mark.parametrize("form", ["plane", "quadratic"])

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...physics import student_t
-from ...surface import Heightfield, facet_slopes
-from ...surface.heightfield import measured_facets
-from ...surface.slope_fit import SlopeFit, fit_slopes, rho2
+from ...surface import Heightfield
+from ...surface.slope_fit import SlopeFit, fit_slopes, rho2, slopes_to_fit
 from ...surface.slope_likelihood import maximise
 from ...surface.statistics import correlation_lengths, height_parameters, ks_distance
 from .quantisation import height_step
@@ -65,9 +64,7 @@ def study_surface(stored: Heightfield, levelled: Heightfield) -> SurfaceStudy:
     """
     begin = time.perf_counter()
     fit = fit_slopes(levelled)
-    p, q = facet_slopes(levelled)
-    measured = measured_facets(levelled)
-    p, q = (p.ravel(), q.ravel()) if measured is None else (p[measured], q[measured])
+    p, q = slopes_to_fit(levelled)
     scatters = {
         name: maximise(p, q, isotropic=fit.isotropic, eta=eta).scatter
         for name, eta in MODELS.items()

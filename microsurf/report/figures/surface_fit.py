@@ -7,9 +7,7 @@ from numpy.typing import NDArray
 
 from ...analysis.surface_fit.study import MODELS, SurfaceStudy
 from ...physics import student_t
-from ...surface import facet_slopes
-from ...surface.heightfield import measured_facets
-from ...surface.slope_fit import rho2
+from ...surface.slope_fit import rho2, slopes_to_fit
 from .style import (
     BLACK,
     BLUE,
@@ -44,9 +42,7 @@ def rows(study: SurfaceStudy) -> list[dict[str, Any]]:
     Rows "scale": pixel, γ and σ with their intervals.
     """
     h, fit = study.surface, study.fit
-    p, q = facet_slopes(h)
-    measured = measured_facets(h)
-    p, q = (p.ravel(), q.ravel()) if measured is None else (p[measured], q[measured])
+    p, q = slopes_to_fit(h)
     slope = np.sort(np.sqrt(rho2(p, q, _scatter(study)))) * fit.sigma
     share = 1 - (np.arange(slope.size) + 0.5) / slope.size
     taken = np.unique(np.geomspace(1, slope.size, _POINTS).astype(int)) - 1
