@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _POINTS = 120
+_LEFT = 30  # the figure begins at this part of σ
 _STYLES = {
     "std": (ORANGE, "-", 3.0), "ggx": (BLUE, "--", 1.4), "beckmann": (VERMILION, ":", 1.6),
 }  # fmt: skip
@@ -104,7 +105,7 @@ def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> "Figure":
     _mark_step(slopes, study)
     slopes.set(
         xscale="log", yscale="log", ylim=(y.min() / 4, 2), xlabel="slope",
-        xlim=(study.fit.sigma / 30, x.max() * 1.6), ylabel="share of facets steeper",
+        xlim=(study.fit.sigma / _LEFT, x.max() * 1.6), ylabel="share of facets steeper",
     )  # fmt: skip
     slopes.set_title("slopes of the facets", fontsize=9)
     surface.legend(
@@ -117,8 +118,10 @@ def figure(drawn: list[dict[str, Any]], study: SurfaceStudy) -> "Figure":
 
 def _mark_step(axes: "Axes", study: SurfaceStudy) -> None:
     """The slope of one step of the heights: below, slopes are the instrument's."""
-    if study.height_step is not None:
-        step = study.height_step / float(np.sqrt(np.prod(study.surface.pixel)))
+    if study.height_step is None:
+        return
+    step = study.height_step / float(np.sqrt(np.prod(study.surface.pixel)))
+    if step > study.fit.sigma / _LEFT:
         axes.axvline(step, color=GREY, linestyle="-.", linewidth=1.2, label="one step of heights")
 
 
@@ -158,7 +161,7 @@ def _draw_scales(axes: "Axes", scales: list[dict[str, Any]], study: SurfaceStudy
         _few_ticks(axes)
     elif not bounds:
         axes.set_yticks([])
-    axes.set_xticks(pixel, [f"{d:.3g}" for d in pixel])
+    axes.set_xticks(pixel, [f"{d:.2g}" for d in pixel])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel(f"pixel ({unit})")
     axes.set_ylabel("γ (circles; triangles: ∞)" if unbounded.any() else "γ (circles)")
