@@ -150,7 +150,7 @@ def test_report_json_is_strict(folder):
     text = (folder / "report.json").read_text(encoding="utf-8")
     document = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} in JSON"))
     assert document["seed"] == 7
-    assert document["schema"] == 2
+    assert document["schema"] == 3
     assert [scene["name"] for scene in document["scenes"]] == [NAME, "broken"]
     first = document["scenes"][0]
     assert first["title"] == NASTY
