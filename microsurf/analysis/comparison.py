@@ -72,6 +72,14 @@ class ComparisonTable(Sequence[Comparison]):
         """How many there are."""
         return len(self._comparisons)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the other is a table of the same comparisons."""
+        return isinstance(other, ComparisonTable) and self._comparisons == other._comparisons
+
+    def __hash__(self) -> int:
+        """As of any sequence that does not change."""
+        return hash(self._comparisons)
+
     @overload
     def __getitem__(self, index: int) -> Comparison: ...
     @overload
