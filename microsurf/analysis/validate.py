@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import xarray as xr
@@ -17,6 +18,7 @@ from .error_budget import assemble
 from .error_budget.refinement import refine
 from .fitted_theory import fit_as_json, fitted_scene, guarded, prepare
 from .slope_masking import masking_by_slope
+from .stages import Stages
 from .tradeoff.from_validation import frontier_of
 from .tradeoff.study import Tradeoff
 from .user_brdf import UserBrdfResult
@@ -104,6 +106,7 @@ def validate_scene(
     refined: bool = False,
     surface_paths: int | None = None,
     prepared: tuple[StdFit | None, list[str]] | None = None,
+    stages: Stages | None = None,
 ) -> Validation:
     """Measure, predict and compare one scene.
 
@@ -111,89 +114,131 @@ def validate_scene(
     slopes by maximum likelihood. ``refined``: the discretisation error is measured too,
     on a dozen more surfaces, masking by facet slope, and what the models cost.
     ``surface_paths``: see `measure`. ``prepared``: what `prepare` gave, if it was asked.
+    ``stages``: where finished stages are kept and found; nowhere without it.
     """
-    begin = time.perf_counter()
-    surfaces = None
-    if scene.requires.roughness and not _grows(scene):
-        surfaces = list(surfaces_of(scene, seed))
+    stages = stages or Stages()
+    run: dict[str, Any] = {"seed": seed, "workers": workers, "progress": progress}
+    surfaces = _Surfaces(scene, seed)
     fit, notes = prepared or prepare(scene)
     theory = scene if fit is None else fitted_scene(scene, fit)
-    measured = measure(
-        scene,
-        surfaces,
-        seed=seed,
-        workers=workers,
-        surface_paths=surface_paths,
-        progress=progress,
+    rough = scene.requires.roughness
+    measured = stages.done(
+        "measured",
+        lambda: measure(
+            scene,
+            surfaces.made() if rough and not _grows(scene) else None,
+            surface_paths=surface_paths,
+            **run,
+        ),
     )
-    if scene.requires.roughness and surfaces is None:
-        count = measured.sizes["realisation"]  # as many as the error took
-        taken = replace(scene, surface=replace(scene.surface, realisations=count))
-        surfaces = list(surfaces_of(taken, seed))
-    predicted, seconds = {}, {}
-    for key in _models(scene):
-        clock = time.process_time()
-        predicted[key] = model.predict(theory, key)
-        seconds[key] = time.process_time() - clock
+    surfaces.count = measured.sizes["realisation"]  # as many as the error took
+    predicted, seconds = stages.done("predicted", lambda: _predict(theory, _models(scene)))
     first = next(iter(predicted.values()))
-    walked = {}
-    if scene.requires.roughness and scene.requires.multiple_scattering:
+    walked: dict[str, xr.Dataset] = {}
+    if rough and scene.requires.multiple_scattering:
         walked = {
-            key: model.walk(theory, key, walks=WALKS, seed=seed, workers=workers, progress=progress)
-            for key in registry.compared(registry.all_orders())
+            key: stages.done(f"walk-{number}", partial(model.walk, theory, key, walks=WALKS, **run))
+            for number, key in enumerate(registry.compared(registry.all_orders()))
         }
     predicted |= walked
     all_orders = next(iter(walked.values()), None)
-    terms, by_slope = [], []
-    if surfaces:
+    by_slope: list[dict[str, Any]] = []
+    terms: list[assemble.Budget] = []
+    if rough:
+        refinement = None
         if refined:
-            by_slope = masking_by_slope(theory, surfaces, seed=seed, workers=workers)
-        cases = assemble.cases_of(
-            theory,
-            measured,
-            (first, all_orders),
-            surfaces,
-            refinement=refine(scene, measured, seed=seed, workers=workers, progress=progress)
-            if refined
-            else None,
-            exchange=assemble.exchange_of(by_slope),
-            walks=min(assemble.WALKS, scene.accuracy.paths * len(surfaces)),
-            seed=seed,
+            by_slope = stages.done(
+                "masking",
+                lambda: masking_by_slope(theory, surfaces.made(), seed=seed, workers=workers),
+            )
+            refinement = stages.done("refinement", lambda: refine(scene, measured, **run))
+        terms = stages.done(
+            "budget",
+            lambda: assemble.budget_of(
+                assemble.cases_of(
+                    theory,
+                    measured,
+                    (first, all_orders),
+                    surfaces.made(),
+                    refinement=refinement,
+                    exchange=assemble.exchange_of(by_slope),
+                    walks=min(assemble.WALKS, scene.accuracy.paths * surfaces.count),
+                    seed=seed,
+                )
+            ),
         )
-        terms = assemble.budget_of(cases)
     frontier = None
     if refined:
         timed = {key: (predicted[key], spent) for key, spent in seconds.items()}
-        frontier = frontier_of(theory, measured, timed, seed=seed)
-    roughness = theory.roughness
+        frontier = stages.done("frontier", lambda: frontier_of(theory, measured, timed, seed=seed))
     comparisons = comparison.compare(measured, first, theory, all_orders)
     if fit is not None:
         comparisons = guarded(comparisons, fit)
+    heightfield, statistics = (
+        stages.done("surface", lambda: _first(surfaces.made()[0], theory)) if rough else (None, {})
+    )
     return Validation(
         name=name,
         scene=theory,
         measured=measured,
         predicted=predicted,
         comparisons=comparisons,
-        invariants=invariants.scene_invariants(
-            measured, predicted, surfaces or [], theory.material
+        invariants=stages.done(
+            "invariants",
+            lambda: invariants.scene_invariants(
+                measured, predicted, surfaces.made() if rough else [], theory.material
+            ),
         ),
-        heightfield=surfaces[0] if surfaces else None,
-        statistics=surface_statistics(
-            surfaces[0], roughness.gamma, roughness.sigma_x, roughness.sigma_y
-        )
-        if surfaces
-        else {},
+        heightfield=heightfield,
+        statistics=statistics,
         fit=fit,
         notes=notes,
-        left_out=omitted_effects.cost(
-            scene, measured, surfaces, seed=seed, workers=workers, progress=progress
+        left_out=stages.done(
+            "left-out",
+            lambda: omitted_effects.cost(
+                scene, measured, surfaces.made() if rough else None, **run
+            ),
         ),
         budget=terms,
         masking=by_slope,
         frontier=frontier,
-        seconds=time.perf_counter() - begin,
+        seconds=stages.seconds,
     )
+
+
+class _Surfaces:
+    """The surfaces of a scene, made when first asked for: not at all if no stage wants them."""
+
+    def __init__(self, scene: Scene, seed: int) -> None:
+        self._scene, self._seed = scene, seed
+        self._made: list[Heightfield] = []
+        self.count = scene.surface.realisations
+
+    def made(self) -> list[Heightfield]:
+        """All of them."""
+        if not self._made:
+            asked = replace(self._scene.surface, realisations=self.count)
+            self._made = list(surfaces_of(replace(self._scene, surface=asked), self._seed))
+        return self._made
+
+
+def _predict(
+    theory: Scene, models: tuple[str, ...]
+) -> tuple[dict[str, xr.Dataset], dict[str, float]]:
+    """Order 1 by each model, and the seconds of the processor that it took."""
+    predicted, seconds = {}, {}
+    for key in models:
+        clock = time.process_time()
+        predicted[key] = model.predict(theory, key)
+        seconds[key] = time.process_time() - clock
+    return predicted, seconds
+
+
+def _first(surface: Heightfield, theory: Scene) -> tuple[Heightfield, dict[str, Any]]:
+    """The surface that is shown, and the statistics of its slopes."""
+    rough = theory.roughness
+    slopes = surface_statistics(surface, rough.gamma, rough.sigma_x, rough.sigma_y)
+    return surface, slopes
 
 
 def _grows(scene: Scene) -> bool:

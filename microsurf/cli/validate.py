@@ -1,5 +1,6 @@
 """microsurf validate: the main job."""
 
+import hashlib
 import sys
 import time
 from pathlib import Path
@@ -11,13 +12,16 @@ from .. import memory, model, report
 from ..analysis import regression, validate_user_brdf
 from ..analysis.fitted_theory import prepare
 from ..analysis.planning import Plan
+from ..analysis.stages import Run, Stages
 from ..analysis.validate import Validation, validate_scene
 from ..errors import InputError
-from ..invariants import global_invariants
+from ..invariants import Invariant, global_invariants
 from ..report import sections, stability_section
+from ..report.section import Section
 from ..results import uncertainty
 from ..scene import Scene, expectation
 from ..scene.builtin import built_in_scenes
+from ..scene.toml import to_toml
 from ..stability import survey
 from ..surface import StdFit
 from .options import (
@@ -68,6 +72,12 @@ _ON_TOP = (
     show_default=True,
     help="Measure the discretisation error: a dozen surfaces more for each scene.",
 )
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on with a run that was stopped, from DIR/unfinished: what is finished and still fits "
+    "(scene, seed, options, version) is not done again, and the report is the same.",
+)
 @allow_truncated_tail
 @seed
 @workers
@@ -75,8 +85,8 @@ _ON_TOP = (
 @as_json
 def validate_command(
     scene_files: tuple[Path, ...], out: Path, user_brdf: str | None, old: Path | None,
-    refined: bool, allow_truncated_tail: bool, seed: int, workers: int | None, dry_run: bool,
-    as_json: bool, **given: Any,
+    refined: bool, resume: bool, allow_truncated_tail: bool, seed: int, workers: int | None,
+    dry_run: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
@@ -110,8 +120,11 @@ def validate_command(
     adaptive = {k: v for k, v in scenes.items() if v.accuracy.standard_error is not None}
     plans = _plans(adaptive, seed, workers)
     scenes |= {name: plans[name].begun(scene) for name, scene in adaptive.items()}
+    run = Run(out, resume=resume)
+    page = report.Report(out, list(scenes), seed)
     results = []
     for name, scene in scenes.items():
+        surface_paths = plans[name].scene.accuracy.paths if name in plans else None
         entry = validate_scene(
             name,
             scene,
@@ -120,23 +133,17 @@ def validate_command(
             progress=True,
             refined=refined,
             prepared=prepared[name],
-            surface_paths=plans[name].scene.accuracy.paths if name in plans else None,
+            surface_paths=surface_paths,
+            stages=_stages(run, scene, seed, refined, surface_paths),
         )
         results.append(
             entry if brdf is None else validate_user_brdf.judge(entry, brdf, broken[name])
         )
-    lasting = global_invariants(seed, workers, progress=True)
-    # The laws are the same whatever the scene: half a minute that only the main job takes.
-    stable = [] if scene_files else [stability_section.section(survey(quick=True, progress=True))]
-    document = report.write(
-        results,
-        out,
-        seed,
-        lasting=lasting,
-        old=before,
-        of_all=sections.of_all(results, lasting) + stable,
-        of_scenes=sections.of_scenes(results),
-    )
+        page.add(results[-1], sections.of_scene(results[-1], page.slug))
+        page.write_so_far()
+    lasting, stable = _of_microsurf(run, seed, workers, laws=not scene_files)
+    document = page.finish(lasting, before, sections.of_all(results, lasting) + stable)
+    run.finish()
     unexpected = report.unexpected(document)
     values = {
         "scenes": list(scenes),
@@ -156,6 +163,30 @@ def validate_command(
         click.echo(f"unexpected: {line}", err=True)
     if unexpected:
         sys.exit(1)
+
+
+def _stages(run: Run, scene: Scene, seed: int, refined: bool, surface_paths: int | None) -> Stages:
+    """Where the finished stages of a scene are, by all that its figures depend on."""
+    file = scene.surface.file
+    return run.stages(
+        scene=to_toml(scene),
+        file=None if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest(),
+        seed=seed,
+        refined=refined,
+        surface_paths=surface_paths,
+    )
+
+
+def _of_microsurf(
+    run: Run, seed: int, workers: int | None, *, laws: bool
+) -> tuple[list[Invariant], list[Section]]:
+    """What holds whatever the scene: invariants, and how many digits of the laws are right."""
+    stages = run.stages(seed=seed)
+    lasting = stages.done("invariants", lambda: global_invariants(seed, workers, progress=True))
+    if not laws:  # half a minute that only the main job takes
+        return lasting, []
+    found = stages.done("stability", lambda: survey(quick=True, progress=True))
+    return lasting, [stability_section.section(found)]
 
 
 def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:

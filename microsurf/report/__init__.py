@@ -8,10 +8,18 @@ import xarray as xr
 from ..files import whole_file
 from .attachments import make_folder, make_folders
 from .figures import figure, lobes_of_results
-from .html import write
+from .html import Report, write
 from .phrases import movements, unexpected
 
-__all__ = ["make_folder", "make_folders", "movements", "plot_results", "unexpected", "write"]
+__all__ = [
+    "Report",
+    "make_folder",
+    "make_folders",
+    "movements",
+    "plot_results",
+    "unexpected",
+    "write",
+]
 
 
 def plot_results(results: Mapping[str, xr.Dataset], out: Path, kd: float | None = None) -> None:

@@ -3,7 +3,7 @@
 import os
 import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,7 +26,8 @@ class Attached:
     """What lies beside the page for one scene; addresses are relative to it.
 
     ``toml`` is the scene as it was asked, ``command`` what does it again alone, from the
-    report's folder, to the same bits. ``left_out`` says what there was no room for.
+    report's folder, to the same bits. ``left_out`` says what there was no room for, ``size``
+    what the results took of it in bytes.
     """
 
     slug: str
@@ -35,6 +36,7 @@ class Attached:
     scene: str
     data: tuple[tuple[str, str], ...]
     left_out: int
+    size: int
 
 
 def make_folder(folder: Path) -> None:
@@ -73,27 +75,23 @@ def slugs(names: Iterable[str]) -> list[str]:
     return names_used
 
 
-def attach(entries: Sequence[Validation], out: Path, seed: int) -> list[Attached]:
-    """Write scenes/NAME.toml and data/NAME-*.nc of each scene."""
-    room = DATA_BYTES
-    attached = []
-    for entry, slug in zip(entries, slugs(entry.name for entry in entries), strict=True):
-        toml = _asked(entry, out / "scenes")
-        scene = f"scenes/{slug}.toml"
-        with whole_file(out / scene) as temporary:
-            temporary.write_text(toml, encoding="utf-8", newline="\n")
-        data, left_out = [], 0
-        for label, dataset in {"measured": entry.measured, **entry.predicted}.items():
-            name = f"data/{slug}-{slugs([label])[0]}.nc"
-            if dataset.nbytes > room:
-                left_out += 1
-                continue
-            datasets.save(dataset, out / name)
-            room -= dataset.nbytes
-            data.append((label, name))
-        again = ["microsurf", "validate", scene, "--seed", str(seed), "--out", f"again/{slug}"]
-        attached.append(Attached(slug, toml, shlex.join(again), scene, tuple(data), left_out))
-    return attached
+def attach(entry: Validation, slug: str, out: Path, seed: int, room: int) -> Attached:
+    """Write scenes/NAME.toml and data/NAME-*.nc of a scene, of at most ``room`` bytes."""
+    toml = _asked(entry, out / "scenes")
+    scene = f"scenes/{slug}.toml"
+    with whole_file(out / scene) as temporary:
+        temporary.write_text(toml, encoding="utf-8", newline="\n")
+    data, left_out, size = [], 0, 0
+    for label, dataset in {"measured": entry.measured, **entry.predicted}.items():
+        name = f"data/{slug}-{slugs([label])[0]}.nc"
+        if size + dataset.nbytes > room:
+            left_out += 1
+            continue
+        datasets.save(dataset, out / name)
+        size += dataset.nbytes
+        data.append((label, name))
+    again = ["microsurf", "validate", scene, "--seed", str(seed), "--out", f"again/{slug}"]
+    return Attached(slug, toml, shlex.join(again), scene, tuple(data), left_out, size)
 
 
 def _asked(entry: Validation, folder: Path) -> str:

@@ -44,6 +44,130 @@ class _Part:
     pictures: list[_Shown]
 
 
+class Report:
+    """A report that grows: each scene is drawn once, when it is finished, and the page written.
+
+    report.html needs nothing beside it. Beside it lie, at the end, report.json, report.md and
+    junit.xml, references.bib, constraints.txt; figures/, three files each; data/, results as
+    netCDF; scenes/. The page is written last, so that it never speaks of what is not there.
+
+    Parameters
+    ----------
+    out : Path
+        The folder.
+    names : sequence of str
+        Of all scenes that will be added, in their order.
+    seed : int
+        That of all scenes.
+
+    Raises
+    ------
+    InputError
+        If the folder can't be made or written.
+    MicrosurfError
+        If there is no room, here and whenever something is added.
+
+    """
+
+    def __init__(self, out: Path, names: Sequence[str], seed: int) -> None:
+        attachments.make_folders(out)
+        self._out, self._seed, self._names = out, seed, list(names)
+        self._slugs = attachments.slugs(names)
+        self._room = attachments.DATA_BYTES
+        self._entries: list[Validation] = []
+        self._drawn: list[dict[str, Any]] = []
+        self._cited: list[str] = []
+
+    @property
+    def slug(self) -> str:
+        """What the files of the next scene are called by."""
+        return self._slugs[len(self._entries)]
+
+    def add(self, entry: Validation, further: Sequence[Section] = ()) -> None:
+        """Draw the next scene, with further sections of its own after its figures."""
+        files = attachments.attach(entry, self.slug, self._out, self._seed, self._room)
+        self._room -= files.size
+        figures = self._out / "figures"
+        self._drawn.append(
+            {
+                "entry": entry,
+                "files": files,
+                "figures": [_show(p, figures) for p in pictures.of_scene(entry, files.slug)],
+                "parts": [_part(part, files.slug, figures) for part in further],
+            }
+        )
+        self._cited += [key for part in further for key in part.cites]
+        self._entries.append(entry)
+
+    def write_so_far(self) -> None:
+        """Write the page of the scenes that are finished; it says which are not."""
+        content = json_document.of(self._entries, self._seed)
+        waiting = self._names[len(self._entries) :]
+        page = self._page(content, [], (), self._references(), waiting)
+        _write(self._out / "report.html", page)
+
+    def finish(
+        self,
+        lasting: Iterable[Invariant] = (),
+        old: tuple[str, dict[str, Any]] | None = None,
+        of_all: Sequence[Section] = (),
+    ) -> dict[str, Any]:
+        """Write all; returns the document of report.json.
+
+        Parameters
+        ----------
+        lasting : iterable of Invariant
+            What must hold whatever the scene, see `invariants.global_invariants`.
+        old : (str, dict), optional
+            Name and document of a report to compare with, see `regression`.
+        of_all : sequence of Section
+            Further sections of the whole report, before the scenes.
+
+        """
+        content = json_document.of(self._entries, self._seed, lasting, old)
+        references = self._references([key for part in of_all for key in part.cites])
+        page = self._page(content, pictures.of_all(self._entries), of_all, references)
+        json_document.save(content, self._out / "report.json")
+        for name, text in (
+            ("report.md", to_markdown(content)),
+            ("junit.xml", to_junit(content)),
+            ("references.bib", citations.bibtex(references)),
+            ("constraints.txt", attachments.constraints(content["libraries"])),
+            ("report.html", page),
+        ):
+            _write(self._out / name, text)
+        return content
+
+    def _references(self, cited: Sequence[str] = ()) -> Any:
+        return citations.collect(self._entries, [*cited, *self._cited])
+
+    def _page(
+        self,
+        content: dict[str, Any],
+        overview: Sequence[Picture],
+        of_all: Sequence[Section],
+        references: Any,
+        waiting: Sequence[str] | None = None,
+    ) -> str:
+        out, figures = self._out, self._out / "figures"
+        return _template().render(
+            document=content,
+            machine=_machine(),
+            quantities=albedos.QUANTITIES | uncertainty.LOBES,
+            verdicts=albedos.QUANTITIES,
+            overview=[_show(picture, figures) for picture in overview],
+            parts=[_part(part, "all", figures) for part in of_all],
+            scenes=[
+                {**drawn, "data": data}
+                for drawn, data in zip(self._drawn, content["scenes"], strict=True)
+            ],
+            waiting=waiting,
+            references=references,
+            megabytes={name: _size(out / name) / 1e6 for name in attachments.FOLDERS},
+            bound=attachments.DATA_BYTES / 2**20,
+        )
+
+
 def write(
     entries: Sequence[Validation],
     out: Path,
@@ -54,81 +178,16 @@ def write(
     of_all: Sequence[Section] = (),
     of_scenes: Mapping[str, Sequence[Section]] | None = None,
 ) -> dict[str, Any]:
-    """Write a report into the folder ``out``; returns the document of report.json.
-
-    report.html needs nothing beside it. Beside it lie report.json, report.md and junit.xml,
-    references.bib, constraints.txt; figures/, three files each; data/, results as netCDF; scenes/.
-    The page is written last, so that it never speaks of what is not there.
-
-    Parameters
-    ----------
-    entries : sequence of Validation
-        The scenes, in the order of the page.
-    out : Path
-        The folder.
-    seed : int
-        That of all scenes.
-    lasting : iterable of Invariant
-        What must hold whatever the scene, see `invariants.global_invariants`.
-    old : (str, dict), optional
-        Name and document of a report to compare with, see `baseline`.
-    of_all : sequence of Section
-        Further sections of the whole report, before the scenes.
-    of_scenes : mapping from the names of entries to sequences of Section
-        Further sections of single scenes, after their own figures.
-
-    Raises
-    ------
-    InputError
-        If the folder can't be made or written.
-    MicrosurfError
-        If there is no room.
-
-    """
-    attachments.make_folders(out)
-    further = of_scenes or {}
-    entries = list(entries)
-    content = json_document.of(entries, seed, lasting, old)
-    attached = attachments.attach(entries, out, seed)
-    cited = [key for part in (*of_all, *_chain(further)) for key in part.cites]
-    references = citations.collect(entries, cited)
-    figures = out / "figures"
-    page = _template().render(
-        document=content,
-        machine=_machine(),
-        quantities=albedos.QUANTITIES | uncertainty.LOBES,
-        verdicts=albedos.QUANTITIES,
-        overview=[_show(picture, figures) for picture in pictures.of_all(entries)],
-        parts=[_part(part, "all", figures) for part in of_all],
-        scenes=[
-            {
-                "entry": entry,
-                "data": data,
-                "files": files,
-                "figures": [_show(p, figures) for p in pictures.of_scene(entry, files.slug)],
-                "parts": [_part(part, files.slug, figures) for part in further.get(entry.name, ())],
-            }
-            for entry, data, files in zip(entries, content["scenes"], attached, strict=True)
-        ],
-        references=references,
-        megabytes={name: _size(out / name) / 1e6 for name in attachments.FOLDERS},
-        bound=attachments.DATA_BYTES / 2**20,
-    )
-    json_document.save(content, out / "report.json")
-    for name, text in (
-        ("report.md", to_markdown(content)),
-        ("junit.xml", to_junit(content)),
-        ("references.bib", citations.bibtex(references)),
-        ("constraints.txt", attachments.constraints(content["libraries"])),
-        ("report.html", page),
-    ):
-        with whole_file(out / name) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
-    return content
+    """Write the report of scenes that are all finished, see `Report`."""
+    report = Report(out, [entry.name for entry in entries], seed)
+    for entry in entries:
+        report.add(entry, (of_scenes or {}).get(entry.name, ()))
+    return report.finish(lasting, old, of_all)
 
 
-def _chain(further: Mapping[str, Sequence[Section]]) -> Iterable[Section]:
-    return (part for parts in further.values() for part in parts)
+def _write(path: Path, text: str) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
 def _part(part: Section, where: str, figures: Path) -> _Part:

@@ -10,7 +10,6 @@ from ..analysis.tradeoff.study import Tradeoff
 from ..analysis.validate import Validation
 from ..invariants import Invariant
 from ..results import albedos
-from . import attachments
 from .figures import error_budget, masking, pareto, pareto_all, user_brdf
 from .figures.figure import Picture
 from .section import Section, Table
@@ -66,25 +65,18 @@ not differ normally: reports/calibration). {decided} are decided; {standing} of 
 if all intervals are widened so that 95 % of such reports hold no wrong one (Šidák 1967)."""
 
 
-def of_scenes(entries: Sequence[Validation]) -> dict[str, list[Section]]:
-    """Sections of each scene by its name."""
-    slugs = attachments.slugs([entry.name for entry in entries])
-    return {
-        entry.name: [
-            section
-            for section in (
-                _dark(entry),
-                _user_brdf(entry, slug),
-                _budget(entry, slug),
-                _masking(entry, slug),
-                _frontier(entry, slug),
-                _left_out(entry),
-                _invariants(entry.invariants, "What must hold here"),
-            )
-            if section is not None
-        ]
-        for entry, slug in zip(entries, slugs, strict=True)
-    }
+def of_scene(entry: Validation, slug: str) -> list[Section]:
+    """Sections of one scene, whose pictures are called by its slug."""
+    found = (
+        _dark(entry),
+        _user_brdf(entry, slug),
+        _budget(entry, slug),
+        _masking(entry, slug),
+        _frontier(entry, slug),
+        _left_out(entry),
+        _invariants(entry.invariants, "What must hold here"),
+    )
+    return [section for section in found if section is not None]
 
 
 def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[Section]:

@@ -76,9 +76,7 @@ class Keep:
         note = folder / _RUN
         try:
             folder.mkdir(exist_ok=True)
-            # A lock made of a file alone would outlive a killed run, and bar its resumption.
-            self._lock = FileLock(folder / _LOCK, thread_local=False, fallback_to_soft=False)
-            self._claim()
+            self._lock = claim(folder / _LOCK)
         except OSError as error:
             raise InputError(
                 f"{folder}: can't be a folder for finished pieces ({error.strerror}); "
@@ -91,23 +89,6 @@ class Keep:
         except BaseException:
             self.close()
             raise
-
-    def _claim(self) -> None:
-        """Hold the folder until this process ends, however it does; by trust without locks."""
-        try:
-            self._lock.acquire(timeout=0)
-        except Timeout as error:
-            raise InputError(
-                f"{self._folder}: another run is at work there; wait for it or choose another place"
-            ) from error
-        except OSError as error:
-            if error.errno not in _NO_LOCKS:
-                raise
-            logging.getLogger(__name__).warning(
-                "microsurf: %s: the file system has no locks (%s); let no other run work there",
-                self._folder,
-                error.strerror,
-            )
 
     def _check(self, note: Path, *, resume: bool) -> None:
         ours = {path.name for path in self._folder.glob(_PIECES)}
@@ -201,6 +182,38 @@ class Keep:
         if count > 1:
             self._together[piece.source.realisation, piece.angle] = count
         return count, tally
+
+
+def claim(path: Path) -> FileLock:
+    """Lock a file, to hold its folder until this process ends, however it does.
+
+    By trust where the file system has no locks. To be released by who is done before.
+
+    Raises
+    ------
+    InputError
+        If another process has it.
+    OSError
+        If it can't be made.
+
+    """
+    # A lock made of a file alone would outlive a killed run, and bar its resumption.
+    lock = FileLock(path, thread_local=False, fallback_to_soft=False)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise InputError(
+            f"{path.parent}: another run is at work there; wait for it or choose another place"
+        ) from error
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+        logging.getLogger(__name__).warning(
+            "microsurf: %s: the file system has no locks (%s); let no other run work there",
+            path.parent,
+            error.strerror,
+        )
+    return lock
 
 
 def _tally(arrays: dict[str, Any]) -> Tally:

@@ -27,21 +27,21 @@ def entry():
 
 def test_its_sections_and_pictures_are_those_that_there_are(entry):
     assert [p.name for p in scene_figures.of_scene(entry, "dark")] == ["dark-surface"]
-    assert sections.of_scenes([entry])["dark"][0].name == "dark"
+    assert sections.of_scene(entry, "dark")[0].name == "dark"
     lit = replace(entry, measured=entry.measured.assign(flux=entry.measured.flux + 1e-3))
-    assert "dark" not in [s.name for s in sections.of_scenes([lit])["dark"]]
+    assert "dark" not in [s.name for s in sections.of_scene(lit, "dark")]
 
 
 def test_a_user_brdf_that_is_dark_too_has_no_figure_and_a_sentence(entry):
     own = UserBrdf("own:f", lambda _, o: (0 * o[:, 2], 0 * o[:, 2]))
     tried = validate_user_brdf.judge(entry, own, [])
-    (section,) = (s for s in sections.of_scenes([tried])["dark"] if s.name == "user-brdf")
+    (section,) = (s for s in sections.of_scene(tried, "dark") if s.name == "user-brdf")
     assert section.pictures == ()
     assert "No figure" in section.text
 
 
 def test_its_page_and_its_plot_say_so(entry, tmp_path):
-    report.write([entry], tmp_path, 1, of_scenes=sections.of_scenes([entry]))
+    report.write([entry], tmp_path, 1, of_scenes={entry.name: sections.of_scene(entry, "dark")})
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "This scene reflects no light" in page
     for name in ("overview", "dark-lobes"):

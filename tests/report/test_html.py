@@ -225,12 +225,29 @@ def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):
         assert (tmp_path / file).read_bytes() == (folder / file).read_bytes(), file
 
 
-def test_results_that_are_too_large_are_left_out(entries, tmp_path, monkeypatch):
-    monkeypatch.setattr(attachments, "DATA_BYTES", entries[0].measured.nbytes)
+def test_results_that_are_too_large_are_left_out(entries, tmp_path):
     report.make_folders(tmp_path)
-    (attached,) = attachments.attach(entries[:1], tmp_path, 0)
+    room = entries[0].measured.nbytes
+    attached = attachments.attach(entries[0], "a-b-c", tmp_path, 0, room)
+    assert attached.size == room
     assert [file.name for file in (tmp_path / "data").iterdir()] == ["a-b-c-measured.nc"]
     assert attached.left_out == 3
+
+
+def test_the_page_is_written_as_scenes_finish(entries, folder, tmp_path):
+    """It says what is missing, speaks of no file that is not there, and ends as if at once."""
+    growing = report.Report(tmp_path, [entry.name for entry in entries], 7)
+    for number, entry in enumerate(entries, 1):
+        growing.add(entry, _FURTHER["of_scenes"].get(entry.name, ()))
+        growing.write_so_far()
+        page = (tmp_path / "report.html").read_text(encoding="utf-8")
+        assert f"Not finished: {number} of 2 scenes" in page
+        assert ("Still to come: broken," in page) == (number == 1)
+        for name in re.findall(r'href="([^"#:]+)"', page):
+            assert (tmp_path / name).is_file() or name in ("constraints.txt", "references.bib")
+        assert page.count('<h2 class="scene"') == number
+    growing.finish(of_all=_FURTHER["of_all"])
+    assert (tmp_path / "report.html").read_bytes() == (folder / "report.html").read_bytes()
 
 
 def test_a_report_that_can_not_be_finished_leaves_the_old_page(entries, tmp_path, monkeypatch):

@@ -69,9 +69,8 @@ def test_none_where_nothing_could_be_told(measured):
 def test_sections_of_scenes_and_of_all(found, measured):
     entry = Validation("small", SCENE, measured, {}, [], list[Invariant](), frontier=found)
     bare = replace(entry, name="bare", frontier=None)
-    of_scenes = sections.of_scenes([entry, bare])
-    assert of_scenes["bare"] == []
-    (part,) = of_scenes["small"]
+    assert sections.of_scene(bare, "bare") == []
+    (part,) = sections.of_scene(entry, "small")
     assert "microsurf tradeoff" in part.text
     (picture,) = part.pictures
     assert len(picture.rows) == sum(len(points) for points in found.points.values())
