@@ -76,7 +76,7 @@ def _roughness() -> Iterator[Limit]:
             f"σ = {sigma:g}",
             "heights/σ against those of σ = 1",
             off,
-            1e-14,
+            1e-12,
             "σ is a factor of the heights: slopes/σ are the same to rounding",
         )
 

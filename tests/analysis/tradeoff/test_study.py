@@ -176,7 +176,7 @@ def test_a_flat_scene_is_its_own_reference():
         (replace(SCENE, material=Material(1.0, (0.5,))), {"quantity": "peak"}, "no interface"),
         (replace(SCENE, material=Material(1.5, (0.0,))), {"quantity": "lobe"}, "no body lobe"),
         (replace(SCENE, material=Material(1.0, (0.0,))), {}, "nothing is reflected"),
-        (replace(SCENE, surface=Surface(file="a.npy")), {}, "made surfaces"),
+        (replace(SCENE, surface=Surface(file="a.npy")), {}, "generated surfaces"),
     ],
 )
 def test_what_can_not_be_asked_is_refused(scene, asked, message):
