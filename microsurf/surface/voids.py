@@ -49,7 +49,7 @@ def mend(
     Parameters
     ----------
     heights : ndarray, shape (rows, columns)
-        NaN or infinite where nothing was measured.
+        NaN where nothing was measured.
     pixel : (float, float)
         Distances (dx, dy) of neighbouring heights, > 0.
     choice : str, optional
@@ -61,13 +61,18 @@ def mend(
     Raises
     ------
     InputError
-        If there are voids and they are refused, or nothing else is there, or a period is
-        to be cropped.
+        If a height is infinite, or there are voids and they are refused, or nothing else is
+        there, or a period is to be cropped.
 
     """
     if choice is not None and choice not in VOIDS:
         raise InputError(f"voids = {choice!r}: must be one of {', '.join(VOIDS)}")
-    void = ~np.isfinite(heights)
+    infinite = int(np.count_nonzero(np.isinf(heights)))
+    if infinite:
+        raise InputError(
+            f"heights: {infinite} of {heights.size} are infinite; mark what was not measured as NaN"
+        )
+    void = np.isnan(heights)
     count = int(np.count_nonzero(void))
     if count == 0:
         return Mended(heights, None, {"share": 0.0, "treatment": "none"})

@@ -509,6 +509,8 @@ def test_the_roughness_of_a_file_is_not_guessed(run, refused):
 
 
 HEIGHTS = {
+    "one ∞": (np.array([[0, np.inf], [0, 0]]), "1 of 4 are infinite"),
+    "all NaN": (np.full((2, 2), np.nan), "voids"),
     "1 × 1": (np.zeros((1, 1)), "(1, 1)"),
     "one row": (np.zeros((1, 5)), "(1, 5)"),
     "empty": (np.zeros((0, 4)), "(0, 4)"),
