@@ -53,7 +53,7 @@ def test_a_toy_model_is_predicted(toy):
     assert found["model"] == toy.key
     assert found["albedo"] == pytest.approx(float(smiths.flux.sum()) / 2, rel=1e-6)
     help_ = printed("predict", "--help")
-    assert "vcavity-walk|toy" in "".join(help_.split())
+    assert "|toy]" in "".join(help_.split())
     assert toy.what in help_
     brdf = model.Brdf(SCENE, "toy")
     drawn = brdf.sample(np.array([[0.6, 0.0, 0.8]]), np.random.default_rng(1))

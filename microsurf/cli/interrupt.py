@@ -93,7 +93,9 @@ def end() -> None:
     """Say that it was interrupted, once; what is still at work ends within the second."""
     if _engines and signal.getitimer(signal.ITIMER_REAL)[0] > 0:
         _handle(signal.SIGALRM, "quiet")
-        _handle(signal.SIGINT, "quiet")
+    # Python resets a handler of its own as it ends, and a press in that moment would end the
+    # process by the signal instead of with 130; what is ignored stays ignored.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.write(2, _TEXT.value)
 
 
