@@ -72,6 +72,8 @@ def read(path: Path) -> MeasuredBrdf:
         raise InputError(f"no column f or f_… in its header; must have {_HEADER}")
     check_size(len(rows), len(columns))
     labels = [original[k][2:] or "f" for k in columns]
+    if len(set(labels)) < len(labels):
+        raise InputError(f"two columns of one name among f_{', f_'.join(labels)[:80]}; leave one")
     wavelengths = tuple(_nanometres(labels))
     named = len(wavelengths) == len(labels)
     return of_rows(angles, rows[:, columns], labels, wavelengths if named else ())

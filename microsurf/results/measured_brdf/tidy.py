@@ -53,12 +53,11 @@ def _unsigned(brdf: MeasuredBrdf) -> MeasuredBrdf:
 def _usable(brdf: MeasuredBrdf) -> MeasuredBrdf:
     """Leave out what lies at or below the horizon, and values that are no BRDF."""
     values = brdf.values
-    finite = np.isfinite(values)
     cosine = np.cos(brdf.theta_o)[:, None]
     with np.errstate(invalid="ignore"):
-        wild = finite & ((values > _TOO_BRIGHT) | (values * cosine <= -1))
+        wild = np.isinf(values) | (values > _TOO_BRIGHT) | (values * cosine <= -1)
     below = (brdf.theta_i >= _HORIZON - 1e-9) | (brdf.theta_o >= _HORIZON - 1e-9)
-    values = np.where(wild | ~finite, np.nan, values)
+    values = np.where(wild, np.nan, values)
     empty = np.isnan(values).all(axis=1)
     remarks = []
     if below.any():

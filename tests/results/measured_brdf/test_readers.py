@@ -104,6 +104,13 @@ def test_what_is_odd_is_said(tmp_path):
     assert brdf.pairs == 7
 
 
+def test_an_infinite_value_of_one_channel_is_left_out_and_said(tmp_path):
+    text = "theta_i,theta_o,phi_o,f_R,f_G\n10,20,180,inf,0.2\n10,30,180,0.1,nan\n"
+    brdf = read_brdf(write(tmp_path, "a.csv", text))
+    np.testing.assert_array_equal(brdf.values, [[np.nan, 0.2], [0.1, np.nan]])
+    assert "1 values below −1/cosθ or above" in " | ".join(brdf.remarks)
+
+
 def test_a_lobe_on_the_side_of_the_light_is_said(tmp_path):
     rows = ["theta_i,phi_i,theta_o,phi_o,f"]
     rows += [f"40,0,{t},0,5" for t in (30, 40, 50)] + [f"40,0,{t},180,0.1" for t in (30, 40, 50)]
@@ -139,6 +146,8 @@ def test_csv_out_reads_back_with_all_digits(tmp_path):
         ("head.csv", "theta_i,theta_o,phi_o,f\n", "no row of numbers"),
         ("below.csv", "theta_i,theta_o,phi_o,f\n95,2,3,4\n", "none of 1 pairs"),
         ("nan.csv", "theta_i,theta_o,phi_o,f\nnan,2,3,4\n", "no finite number"),
+        ("twice.csv", "theta_i,theta_o,phi_o,f_R,f_R\n1,2,3,4,5\n", "two columns of one name"),
+        ("infinite.csv", "theta_i,theta_o,phi_o,f\n1,2,3,inf\n", "none of 1 pairs"),
         ("new.xyz", "1", "unknown ending"),
         ("zero.csv", "theta\x00", "not a text"),
     ],
