@@ -14,6 +14,9 @@ from judge import KEY, Ledger, fresh, judge, new_seed, verdict
 
 __all__ = ["judge", "new_seed"]  # fixtures
 
+# As the command line has it: matplotlib refuses to be imported with a notebook's backend.
+os.environ.pop("MPLBACKEND", None)
+
 # The machine is busy: how long one example takes says nothing about the law.
 settings.register_profile("microsurf", deadline=None)
 settings.load_profile("microsurf")

@@ -28,6 +28,8 @@ def machine(monkeypatch, tmp_path):
     monkeypatch.setattr(memory, "_CGROUP", tmp_path / "cgroup")
     host = SimpleNamespace(available=64 * GIB)
     monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: host)
+    # Whatever `ulimit` the tests run under.
+    monkeypatch.setattr(memory.psutil.Process, "rlimit", lambda *_: (-1, -1), raising=False)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(64)), raising=False)
     monkeypatch.setattr(memory.sys, "platform", "linux")
     return make
