@@ -530,17 +530,10 @@ def test_bad_heights_are_refused(refused, case):
     refused("measure", "--surface", "h.npy", "--out", "m.nc", names=("h.npy", names))
 
 
-@pytest.mark.parametrize(
-    ("heights", "names"),
-    [
-        (np.where(np.eye(4)[:, ::-1] > 0, np.nan, 0.0)[:, :2], "2 of 8 points"),
-        (np.array([[0, np.inf], [0, 0]]), "1 of 4 points"),
-    ],
-)
-def test_what_was_not_measured_is_filled_aloud_or_refused(run, refused, heights, names):
-    np.save("h.npy", heights)
+def test_what_was_not_measured_is_filled_aloud_or_refused(run, refused):
+    np.save("h.npy", np.where(np.eye(4)[:, ::-1] > 0, np.nan, 0.0)[:, :2])
     asked = ("measure", "--surface", "h.npy", "--paths", "100")
-    refused(*asked, "--voids", "refuse", names=("h.npy", names))
+    refused(*asked, "--voids", "refuse", names=("h.npy", "2 of 8 points"))
     ran = run(*asked)
     assert ran.code == 0
     assert "not measured: filled" in ran.err
