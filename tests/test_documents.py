@@ -23,3 +23,9 @@ def test_every_page_is_linked_from_the_readme():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for page in PAGES[1:]:
         assert f"]({page.relative_to(ROOT).as_posix()})" in text, page.name
+
+
+def test_modules_named_in_contributing_exist():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    for name in re.findall(r"`([a-z_/]+(?:\.py|/))`", text):
+        assert (ROOT / name).exists() or (ROOT / "microsurf" / name).exists(), name
