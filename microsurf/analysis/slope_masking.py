@@ -19,10 +19,10 @@ from ..physics.facet import mirror
 from ..physics.fresnel import reflectance
 from ..scene import Scene
 from ..surface import Heightfield, mesh, surfaces_of
-from ..trace.beam import direction
+from ..trace.beam import light_direction
 from ..trace.embree import EmbreeTile
 from ..trace.grid import from_heights
-from ..trace.visibility import Facets, Visibility, facets_of, visibility
+from ..trace.visibility import MeshFacets, Visibility, facets_of, visibility
 
 Array = NDArray[np.float64]
 
@@ -160,7 +160,7 @@ def _look(
     return _Seen(*_groups(facets, rough.sigma_x, rough.sigma_y), beams)
 
 
-def _groups(facets: Facets, sigma_x: float, sigma_y: float) -> tuple[Array, list[Array]]:
+def _groups(facets: MeshFacets, sigma_x: float, sigma_y: float) -> tuple[Array, list[Array]]:
     """Share of the facets in each bin; mean ρ and number of groups of like ones, shape (2, …)."""
     rho = np.hypot(facets.p / sigma_x, facets.q / sigma_y)
     counts = np.bincount(facets.bin, minlength=facets.bins)
@@ -206,7 +206,7 @@ def _smith(scene: Scene, theta: float, slopes: Array, numbers: Array) -> dict[st
     m = student_t.normals(p, q)
     sums = np.zeros(4)
     for phi in sides:
-        i = direction(theta, float(phi))
+        i = light_direction(theta, float(phi))
         slant = np.maximum(i[2] - i[0] * p - i[1] * q, 0)
         cosine = np.clip(slant * m[..., 2], 0, 1)
         o = mirror(i, m)

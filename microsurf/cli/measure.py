@@ -91,10 +91,10 @@ def measure_command(
     if out is not None:
         check_ending(out, ".nc")
         check_writable(out)
-        target = behind_links(out)  # the pieces must lie on the same disk
+        target = behind_links(out)  # the work items must lie on the same disk
         parts = target.with_name(f"{target.name}.parts")
     elif resume:
-        raise InputError("--resume: goes with --out FILE.nc, beside which the pieces lie")
+        raise InputError("--resume: goes with --out FILE.nc, beside which the work items lie")
     surface_paths = None
     if dry_run or scene.accuracy.standard_error is not None:
         planned_run = planned(scene, seed, workers)
@@ -108,7 +108,7 @@ def measure_command(
             seed=seed,
             workers=pool.workers if pool else workers,
             executor=pool.executor if pool else None,
-            keep=parts,
+            checkpoint=parts,
             resume=resume,
             surface_paths=surface_paths,
             progress=True,
@@ -164,7 +164,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Iterator[WorkerPool | N
 
 
 def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
-    """Write the result, then remove the pieces; killed in between, it leaves no half file."""
+    """Write the result, then remove the work items; killed in between, it leaves no half file."""
     whole, out = parts / checkpoint.RESULT, behind_links(out)
     datasets.save(measured, whole)
     try:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..physics import smith
 from ..surface import Heightfield, facet_slopes, generate_surface, mesh
-from ..trace.beam import direction, stratified_points
+from ..trace.beam import light_direction, stratified_points
 from ..trace.embree import EmbreeTile
 from ..trace.grid import MARGIN, Grid, triangles
 from ..trace.kernels.empty_space import OFFSET
@@ -65,7 +65,7 @@ def vector_area(grid: Grid) -> float:
 
 def mean_g1(grid: Grid, theta: float, phi: float) -> float:
     """cosθ over the projected area of all facets that face (θ, φ), degrees: exact by its sum."""
-    w = direction(theta, phi)
+    w = light_direction(theta, phi)
     facing = np.maximum(w[2] - np.tensordot(w[:2], _slopes(grid), 1), 0).mean()
     return float(w[2] / facing)
 
@@ -85,7 +85,7 @@ def visible_area(tile: Tile, theta: float, phi: float, rng: np.random.Generator)
     a part of 5e−7 of the coordinates: the estimate is biased by about as little.
     """
     grid = tile.grid
-    w = direction(theta, phi)
+    w = light_direction(theta, phi)
     u, v = (stratified_points(POINTS, rng) * (grid.columns, grid.rows)).T
     column, row = u.astype(int), v.astype(int)
     upper = (v - row > u - column).astype(int)
@@ -165,7 +165,9 @@ def visible(pool: Executor, tiles: list[EmbreeTile], seed_words: tuple[int, ...]
             error = values.std(ddof=1) / np.sqrt(RUNS)
             figures[f"{key}: standard error in %"] = 100 * error / cosine
             figures[f"{key}: mean G1 of the mesh"] = mean_g1(tile.grid, theta, phi)
-            figures[f"{key}: Smith's G1"] = float(smith.g1(direction(theta, phi), gamma, sigma))
+            figures[f"{key}: Smith's G1"] = float(
+                smith.g1(light_direction(theta, phi), gamma, sigma)
+            )
     return false_alarms.by_chance(
         "projected area, visible",
         "Σ ⟨w·m⟩ · G1 · area = cosθ: the facets that see the light show it what falls in",

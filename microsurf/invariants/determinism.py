@@ -23,7 +23,7 @@ SCENE = Scene(
     light=Light((0.0, 60.0)),
     accuracy=Accuracy(150_000),
 )
-"""Two pieces each of two angles on two surfaces."""
+"""Two work items each of two angles on two surfaces."""
 
 
 def apart(a: xr.Dataset, b: xr.Dataset) -> int:
@@ -84,7 +84,7 @@ def threads(seed: int) -> Iterator[Invariant]:
         "the same seed gives the same bits of a measurement with 1, 2, 3 threads and 2 processes",
         max(figures.values()),
         0.0,
-        f"numbers that differ, of {size}; every piece of work has its own random numbers",
+        f"numbers that differ, of {size}; every work item of work has its own random numbers",
         figures,
         detail,
     )

@@ -13,7 +13,7 @@ from ..results import albedos as summary
 from ..scene import Accuracy, Light, Material, Roughness, Scene
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
-from ..trace.wavefront import Facet
+from ..trace.wavefront import FacetOptics
 from . import false_alarms
 from .invariant import Invariant
 from .replicates import FEATURES, features, heights_of, runs, tile_of
@@ -104,8 +104,8 @@ def small_roughness(seed: int, workers: int | None) -> Invariant:
 def small_interface(pool: Executor, seed: int) -> list[Invariant]:
     """n → 1: on an explicit surface by z, in the model by its rate."""
     tile = tile_of(heights_of(generate_surface(2.0, 0.5, cells=64, seed=seed)))
-    without = Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
-    almost = Facet(1 + 1e-9, interface=True, substrate=True, multiple_scattering=True)
+    without = FacetOptics(1.0, interface=False, substrate=True, multiple_scattering=True)
+    almost = FacetOptics(1 + 1e-9, interface=True, substrate=True, multiple_scattering=True)
     lobes = [
         # Half of a split light ray's paths are its mirrored ones.
         runs(

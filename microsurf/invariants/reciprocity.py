@@ -21,14 +21,14 @@ from scipy.stats import qmc
 
 from ..results import detector
 from ..surface import generate_surface
-from ..trace.wavefront import Facet, Tile, trace
+from ..trace.wavefront import FacetOptics, Tile, trace
 from . import false_alarms
 from .invariant import Invariant
 from .replicates import RUNS, heights_of, tile_of, weighted
 
 Array = NDArray[np.float64]
 
-IL = Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
+IL = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
 KD = 0.8
 QUANTITIES = ("order-1 specular", "order-1 body", "orders 2+", "all")
 DIRECTIONS = 16
@@ -81,7 +81,7 @@ def skewed(seed: int) -> Array:
 
 
 def fluxes(
-    pool: Executor, tile: Tile, facet: Facet, seed_words: tuple[int, ...], paths: int = PATHS
+    pool: Executor, tile: Tile, facet: FacetOptics, seed_words: tuple[int, ...], paths: int = PATHS
 ) -> Array:
     """Ω(A) · flux(A → B) by run, patch A, patch B and quantity."""
 

@@ -10,7 +10,7 @@ from ..results import datasets, detector
 from ..surface import Heightfield, mesh
 from ..trace.embree import EmbreeTile
 from ..trace.grid import from_heights
-from ..trace.wavefront import Facet, Tally, Tile, trace
+from ..trace.wavefront import FacetOptics, Tally, Tile, trace
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def runs(
     pool: Executor,
     tile: Tile,
     light: tuple[float, float],
-    facet: Facet,
+    facet: FacetOptics,
     paths: int,
     seed_words: tuple[int, ...],
     of_one: Callable[[Tally], Array],

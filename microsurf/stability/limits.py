@@ -12,13 +12,13 @@ from ..surface.heightfield import mesh
 from ..trace.embree import EmbreeTile
 from ..trace.grid import Grid, from_heights
 from ..trace.kernels.state import ENDS, LOST
-from ..trace.wavefront import Facet, trace
+from ..trace.wavefront import FacetOptics, trace
 from .first_hit import ROUNDINGS, unexplained
 
 KS = 5e-3
 BOOKS = 1e-9
 LOSSES = 1e-4
-_IL = Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
+_IL = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
 _TAILS = (1.51, 1.55, 1.6, 1.65, 1.75, 2.0)
 
 

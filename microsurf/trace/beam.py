@@ -15,7 +15,7 @@ _MASKS = (
 )
 
 
-def direction(theta: float, phi: float) -> NDArray[np.float64]:
+def light_direction(theta: float, phi: float) -> NDArray[np.float64]:
     """Unit vector towards the light, θ and φ in degrees, φ from +x."""
     t, p = np.radians(theta), np.radians(phi)
     return np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
@@ -44,7 +44,7 @@ def stratified_points(
     return np.asarray((points + rng.random((paths, 2))) * 0.5**_BITS)
 
 
-def starts(
+def ray_origins(
     light: int, grid: Grid, rng: np.random.Generator, part: int, parts: int
 ) -> NDArray[np.float64]:
     """Where ``light`` rays start over one period, or one part of it, shape (light, 2)."""

@@ -1,6 +1,6 @@
-"""Finished pieces on disk, each written whole or not at all, so that a killed run goes on.
+"""Finished work items on disk, each written whole or not at all, so that a killed run goes on.
 
-A lane's pieces (one angle on one realisation) are put together as they add up: the file
+A stream's work items (one angle on one realisation) are put together as they add up: the file
 of its first one then stands for the first ``count`` of them. What is there is believed
 only if it belongs to this run and its checksum is right; else it is traced again.
 """
@@ -25,28 +25,28 @@ from ..files import whole_file
 from ..scene import Scene
 from ..scene.toml import to_toml
 from .engine import engine_of
-from .scheduler import Lane
+from .scheduler import Stream
 from .wavefront import Tally
-from .work_items import PIECE, Piece, Source
+from .work_items import PATHS_PER_ITEM, Realisation, WorkItem
 
 TOGETHER = 32
-"""So many pieces of a lane at most lie about singly."""
+"""So many work items of a stream at most lie about singly."""
 
 RESULT = "result.nc"
 """Name of the whole result while it is written."""
 _RUN, _LOCK = "run.json", "lock"
 _NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
 """What a file system answers that has none: Lustre and NFS as they are often mounted."""
-_PIECES = "[0-9]*-[0-9]*-[0-9]*.npz"
+_ITEMS = "[0-9]*-[0-9]*-[0-9]*.npz"
 
 
-class Keep:
-    """A folder of finished pieces of one run, for one process at a time.
+class Checkpoint:
+    """A folder of finished work items of one run, for one process at a time.
 
     Raises
     ------
     InputError
-        If it holds pieces and ``resume`` is false, those of another run, or other files;
+        If it holds work items and ``resume`` is false, those of another run, or other files;
         if another process is at it, or it can't be made or read.
 
     """
@@ -55,21 +55,23 @@ class Keep:
         self,
         folder: Path,
         scene: Scene,
-        sources: Sequence[Source] | None,
+        realisations: Sequence[Realisation] | None,
         seed: int,
         *,
         resume: bool,
-        piece: int | None = None,
+        item_paths: int | None = None,
     ) -> None:
         self._folder = folder
         run = {
             "microsurf": __version__,
-            "piece": PIECE if piece is None else piece,
+            "item_paths": PATHS_PER_ITEM if item_paths is None else item_paths,
             "tally": [f.name for f in fields(Tally)],
             "seed": seed,
             "scene": to_toml(scene),
             "engine": engine_of(scene),
-            "surfaces": None if sources is None else [source.name for source in sources],
+            "surfaces": None
+            if realisations is None
+            else [realisation.name for realisation in realisations],
         }
         self._run = hashlib.sha256(json.dumps(run).encode()).hexdigest()
         self._together: dict[tuple[int, int], int] = {}
@@ -79,7 +81,7 @@ class Keep:
             self._lock = claim(folder / _LOCK)
         except OSError as error:
             raise InputError(
-                f"{folder}: can't be a folder for finished pieces ({error.strerror}); "
+                f"{folder}: can't be a folder for finished work items ({error.strerror}); "
                 "remove it or choose another place"
             ) from error
         try:
@@ -91,46 +93,46 @@ class Keep:
             raise
 
     def _check(self, note: Path, *, resume: bool) -> None:
-        ours = {path.name for path in self._folder.glob(_PIECES)}
+        ours = {path.name for path in self._folder.glob(_ITEMS)}
         others = {path.name for path in self._folder.iterdir()} - ours - {_RUN, _LOCK, RESULT}
         # What a killed run was writing begins with a point.
         foreign = sorted(name for name in others if not name.startswith("."))
         if foreign:
             raise InputError(
-                f"{self._folder}: holds {foreign[0]}, which is no piece of a run; "
+                f"{self._folder}: holds {foreign[0]}, which is no work item of a run; "
                 "move it elsewhere or choose another place"
             )
         if ours and not resume:
             raise InputError(
-                f"{self._folder}: holds finished pieces of a run that was not finished; "
+                f"{self._folder}: holds finished work items of a run that was not finished; "
                 "add --resume to go on with it, or remove the folder to begin again"
             )
         if ours and _read(note) != self._run:
             raise InputError(
-                f"{self._folder}: holds pieces of another run (another scene, seed, surface, "
+                f"{self._folder}: holds work items of another run (another scene, seed, surface, "
                 "engine or version); resume that one with its own options, or remove the folder"
             )
 
-    def _path(self, piece: Piece, number: int) -> Path:
-        name = f"{piece.source.realisation:05d}-{piece.angle:05d}-{number:08d}.npz"
+    def _path(self, item: WorkItem, number: int) -> Path:
+        name = f"{item.realisation.number:05d}-{item.angle:05d}-{number:08d}.npz"
         return self._folder / name
 
-    def save(self, piece: Piece, tally: Tally) -> None:
-        """Write what a piece came to. Raises MicrosurfError if there is no room for it."""
-        self._write(self._path(piece, piece.number), 1, tally)
+    def save(self, item: WorkItem, tally: Tally) -> None:
+        """Write what a work item came to. Raises MicrosurfError if there is no room for it."""
+        self._write(self._path(item, item.number), 1, tally)
 
-    def add_up(self, piece: Piece, lane: Lane) -> None:
-        """Put a lane's pieces together, if many lie about singly or no more are wanted."""
-        place = piece.source.realisation, piece.angle
+    def add_up(self, item: WorkItem, stream: Stream) -> None:
+        """Put a stream's work items together, if many lie about singly or no more are wanted."""
+        place = item.realisation.number, item.angle
         before = self._together.get(place, 1)
-        if lane.tally is None or lane.added <= before:
+        if stream.tally is None or stream.added <= before:
             return
-        if lane.closed or lane.added - before >= TOGETHER:
-            self._write(self._path(piece, 0), lane.added, lane.tally)
-            self._together[place] = lane.added
-            # Of a closed lane also what is beyond enough.
-            for number in range(before, lane.issued if lane.closed else lane.added):
-                self._path(piece, number).unlink(missing_ok=True)
+        if stream.closed or stream.added - before >= TOGETHER:
+            self._write(self._path(item, 0), stream.added, stream.tally)
+            self._together[place] = stream.added
+            # Of a closed stream also what is beyond enough.
+            for number in range(before, stream.issued if stream.closed else stream.added):
+                self._path(item, number).unlink(missing_ok=True)
 
     def _write(self, path: Path, count: int, tally: Tally) -> None:
         arrays: dict[str, Any] = {"count": np.array(count)}
@@ -161,14 +163,14 @@ class Keep:
         self._lock.release()
 
     def leave(self) -> None:
-        """Remove the folder if no piece of it was finished."""
-        if not any(self._folder.glob(_PIECES)):
+        """Remove the folder if no work item of it was finished."""
+        if not any(self._folder.glob(_ITEMS)):
             self.close()  # Windows removes nothing that is open
             clear(self._folder)
 
-    def load(self, piece: Piece) -> tuple[int, Tally] | None:
-        """How many pieces from this one on are there, and what they came to; None if none is."""
-        path = self._path(piece, piece.number)
+    def load(self, item: WorkItem) -> tuple[int, Tally] | None:
+        """How many work items are there from this one on, and their sum; None if none is."""
+        path = self._path(item, item.number)
         if not path.is_file():
             return None
         try:
@@ -180,7 +182,7 @@ class Keep:
         except Exception:  # noqa: BLE001 - numpy and zipfile raise anything for a damaged file
             return None
         if count > 1:
-            self._together[piece.source.realisation, piece.angle] = count
+            self._together[item.realisation.number, item.angle] = count
         return count, tally
 
 
@@ -226,7 +228,7 @@ def _tally(arrays: dict[str, Any]) -> Tally:
 
 
 def clear(folder: Path) -> None:
-    """Remove a folder of finished pieces, once the whole result is safe.
+    """Remove a folder of finished work items, once the whole result is safe.
 
     Raises
     ------

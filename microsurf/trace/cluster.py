@@ -17,12 +17,12 @@ WAIT = 5
 """Seconds to wait for a scheduler to answer, and for a first worker to be there."""
 
 RETRIES = 3
-"""How often a piece is done again that failed; one whose worker was lost is, in any case."""
+"""How often a work item is done again that failed; one whose worker was lost is, in any case."""
 
 
 @dataclass(frozen=True)
 class WorkerPool:
-    """Workers that take pieces: an executor, and how many pieces they do at once."""
+    """Workers that take work items: an executor, and how many work items they do at once."""
 
     executor: Executor
     workers: int

@@ -13,7 +13,7 @@ from .embree import EmbreeTile
 from .exact import ExactTile, exact_tile
 from .grid import from_heights
 from .plane import Plane
-from .wavefront import Facet, Tally
+from .wavefront import FacetOptics, Tally
 
 AUTO = "embree"
 """The engine of scenes that name none."""
@@ -44,7 +44,7 @@ def trace(
     tile: AnyTile,
     theta: float,
     phi: float,
-    facet: Facet,
+    facet: FacetOptics,
     paths: int,
     rng: np.random.Generator,
     *,

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from ..physics.fresnel import transmittance_bound
 from ..results import detector
-from .beam import direction, stratified_points
+from .beam import light_direction, stratified_points
 from .kernels.exact_fan import nodes_of
 from .kernels.exact_path import trace_light
 from .kernels.fans import FAN, all_rings
 from .kernels.splitmix import stream
 from .kernels.state import BATCHES, empty_tallies
-from .wavefront import Facet, Tally, tally_of
+from .wavefront import FacetOptics, Tally, tally_of
 
 FINE = 1024.0
 """Cells: heights beyond it are kept in float64; float32 resolves 3e−5 of a cell there."""
@@ -112,7 +112,7 @@ def trace(
     tile: ExactTile,
     theta: float,
     phi: float,
-    facet: Facet,
+    facet: FacetOptics,
     paths: int,
     rng: np.random.Generator,
     *,
@@ -132,7 +132,7 @@ def trace(
     room = np.zeros(FAN), np.zeros(2 * count), np.zeros(count)
     tallies = empty_tallies()
     rays = trace_light(
-        tile, starts, *-direction(theta, phi), POOL, facet,
+        tile, starts, *-light_direction(theta, phi), POOL, facet,
         transmittance_bound(facet.n) if facet.substrate else 1.0,
         phi if azimuth is None else azimuth, np.cos(np.radians(detector.RING_EDGES[1:])),
         detector.BODY_EDGES, rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies,

@@ -17,14 +17,14 @@ from ..errors import MicrosurfError
 from ..scene import Scene
 from ..surface import Heightfield, surface_of
 from . import work_items
-from .checkpoint import Keep
+from .checkpoint import Checkpoint
 from .engine import engine_of
-from .scheduler import ROUND, Ledger
+from .scheduler import ROUND, Scheduler
 from .wavefront import Tally
-from .work_items import Piece, Source
+from .work_items import Realisation, WorkItem
 
 _LEAST = 1024
-"""Paths of a piece: fewer are not worth a piece's fixed cost."""
+"""Paths of a work item: fewer are not worth a work item's fixed cost."""
 
 
 def measure(
@@ -34,7 +34,7 @@ def measure(
     seed: int = 0,
     workers: int | None = None,
     executor: Executor | None = None,
-    keep: Path | None = None,
+    checkpoint: Path | None = None,
     resume: bool = False,
     surface_paths: int | None = None,
     progress: bool = False,
@@ -55,10 +55,10 @@ def measure(
     executor : concurrent.futures.Executor, optional
         Does the work instead of threads: processes, or ``Client.get_executor()`` of a
         dask cluster.
-    keep : Path, optional
-        Folder for finished pieces. Remove it when the result is safe, see `keep.clear`.
+    checkpoint : Path, optional
+        Folder for finished work items. Remove it when the result is safe, see `checkpoint.clear`.
     resume : bool
-        Go on from the pieces that are there.
+        Go on from the work items that are there.
     surface_paths : int, optional
         Where an error is asked for: how many paths for each angle of a surface come before
         the error is looked at first, at least 8192. By default, and at the most, a million.
@@ -73,7 +73,7 @@ def measure(
         ``grazes``; the light that ``arrived`` and that ``ended`` otherwise (absorbed, left
         out or lost, by cause) in units of a path's share of its light ray; the number of
         ``ended_paths``; and what errors are made of, ``batch_flux`` and ``bin_variance``.
-        Attributes are ``seconds``, in which at least one piece was traced (not those that
+        Attributes are ``seconds``, in which at least one work item was traced (not those that
         surfaces and meshes took), and ``embree_ratio``, the part of the workers' time that
         passed inside Embree; of a measured surface also ``surface``, where it comes from as
         JSON, see `Heightfield`.
@@ -81,22 +81,26 @@ def measure(
     Raises
     ------
     InputError
-        If a surface can't be used or made, or ``keep`` can't serve, see `Keep`.
+        If a surface can't be used or made, or ``checkpoint`` can't serve, see `Checkpoint`.
     MicrosurfError
-        If a worker was lost and nobody took its work, or there is no room for pieces;
+        If a worker was lost and nobody took its work, or there is no room for work items;
         what was finished is kept.
 
     """
     workers = workers or memory.cores()
     if surfaces is None and scene.surface.file is not None:
         surfaces = [surface_of(scene, seed, 0)]  # workers elsewhere may not have the file
-    sources = None
+    realisations = None
     if surfaces is not None:
-        sources = [Source(scene, seed, r, made) for r, made in enumerate(surfaces)]
-    turn = not scene.requires.azimuth and all(map(_made_isotropic, sources or ()))
-    piece = None if surface_paths is None else max(surface_paths // ROUND, _LEAST)
-    ledger = Ledger(scene, sources, seed, turn=turn, piece=piece)
-    kept = None if keep is None else Keep(keep, scene, sources, seed, resume=resume, piece=piece)
+        realisations = [Realisation(scene, seed, r, made) for r, made in enumerate(surfaces)]
+    turn = not scene.requires.azimuth and all(map(_made_isotropic, realisations or ()))
+    item_paths = None if surface_paths is None else max(surface_paths // ROUND, _LEAST)
+    scheduler = Scheduler(scene, realisations, seed, turn=turn, item_paths=item_paths)
+    store = (
+        None
+        if checkpoint is None
+        else Checkpoint(checkpoint, scene, realisations, seed, resume=resume, item_paths=item_paths)
+    )
     bar = tqdm(
         total=1.0,
         disable=None if progress else True,
@@ -109,24 +113,24 @@ def measure(
     try:
         work_items.compiled(engine_of(scene))
         with bar:
-            for done in _work(crew, ledger, kept, 2 * workers):
+            for done in _work(crew, scheduler, store, 2 * workers):
                 now = time.perf_counter()
                 spans += [(now - tally.seconds[0], now) for tally in done]
                 # Estimates change their mind; the bar never goes back.
-                bar.update(max(min(ledger.share_done(), 1) - bar.n, 0))
+                bar.update(max(min(scheduler.share_done(), 1) - bar.n, 0))
             bar.update(1 - bar.n)
     except BaseException:
-        if kept is not None:
-            kept.leave()
+        if store is not None:
+            store.leave()
         raise
     finally:
-        if kept is not None:
-            kept.close()
+        if store is not None:
+            store.close()
         if executor is None:
             crew.shutdown(wait=False, cancel_futures=True)
         work_items.forget()
-    measured = ledger.labelled()
-    seconds, inside = np.sum([tally.seconds for tally in ledger.tallies()], axis=0)
+    measured = scheduler.to_dataset()
+    seconds, inside = np.sum([tally.seconds for tally in scheduler.tallies()], axis=0)
     # What an earlier run had done took its part of the workers' time.
     busy = sum(end - begin for begin, end in spans)
     measured.attrs |= {
@@ -136,14 +140,14 @@ def measure(
         "embree_ratio": float(inside / seconds),
         "engine": engine_of(scene),
     }
-    if sources and sources[0].given is not None and sources[0].given.provenance:
-        measured.attrs["surface"] = json.dumps(dict(sources[0].given.provenance))
+    if realisations and realisations[0].given is not None and realisations[0].given.provenance:
+        measured.attrs["surface"] = json.dumps(dict(realisations[0].given.provenance))
     return measured
 
 
-def _made_isotropic(source: Source) -> bool:
+def _made_isotropic(realisation: Realisation) -> bool:
     """Whether a given surface is known to look the same from every side, by its recipe."""
-    recipe = source.given.recipe if source.given else {}
+    recipe = realisation.given.recipe if realisation.given else {}
     return "sigma_x" in recipe and recipe["sigma_x"] == recipe.get("sigma_y")
 
 
@@ -157,53 +161,53 @@ def _covered(spans: list[tuple[float, float]]) -> float:
 
 
 def _work(
-    executor: Executor, ledger: Ledger, kept: Keep | None, depth: int
+    executor: Executor, scheduler: Scheduler, store: Checkpoint | None, depth: int
 ) -> Iterator[list[Tally]]:
-    """Do what is wanted, ``depth`` pieces under way; after an error keep what is finished.
+    """Do what is wanted, ``depth`` work items under way; after an error keep what is finished.
 
     Yields what was done just now, nothing for what an earlier run had done.
     """
-    wanted = ledger.wanted()
-    under_way: dict[Future[Tally], Piece] = {}
+    wanted = scheduler.wanted()
+    under_way: dict[Future[Tally], WorkItem] = {}
     try:
         while True:
-            # One slow piece must not let all that comes after it pile up.
-            room = len(under_way) < depth and ledger.waiting() < 4 * depth
-            piece = next(wanted, None) if room else None
-            if piece is not None:
-                found = None if kept is None else kept.load(piece)
+            # One slow work item must not let all that comes after it pile up.
+            room = len(under_way) < depth and scheduler.waiting() < 4 * depth
+            item = next(wanted, None) if room else None
+            if item is not None:
+                found = None if store is None else store.load(item)
                 if found is None:
                     with _workers_errors():
-                        under_way[executor.submit(work_items.run, piece)] = piece
+                        under_way[executor.submit(work_items.run, item)] = item
                 else:
                     count, tally = found
-                    ledger.take(piece, tally, count)
+                    scheduler.take(item, tally, count)
                     yield []
             elif under_way:
                 for future in wait(under_way, return_when=FIRST_COMPLETED).done:
-                    piece = under_way.pop(future)
+                    item = under_way.pop(future)
                     with _workers_errors():
                         tally = future.result()
-                    _finish(piece, tally, ledger, kept)
+                    _finish(item, tally, scheduler, store)
                     yield [tally]
             else:
                 return
     except BaseException:
-        for future, piece in under_way.items():
+        for future, item in under_way.items():
             if not future.cancel() and future.done() and future.exception() is None:
                 with suppress(MicrosurfError):  # the first error is the one to tell
-                    _finish(piece, future.result(), ledger, kept)
+                    _finish(item, future.result(), scheduler, store)
         raise
 
 
-def _finish(piece: Piece, tally: Tally, ledger: Ledger, kept: Keep | None) -> None:
-    """Take in a piece that was done, on disk first."""
-    lane = ledger.lane(piece)
-    if kept is not None and not lane.closed:
-        kept.save(piece, tally)
-    ledger.take(piece, tally)
-    if kept is not None:
-        kept.add_up(piece, lane)
+def _finish(item: WorkItem, tally: Tally, scheduler: Scheduler, store: Checkpoint | None) -> None:
+    """Take in a work item that was done, on disk first."""
+    stream = scheduler.stream(item)
+    if store is not None and not stream.closed:
+        store.save(item, tally)
+    scheduler.take(item, tally)
+    if store is not None:
+        store.add_up(item, stream)
 
 
 @contextmanager

@@ -11,14 +11,14 @@ from ..results import datasets, detector
 from ..scene import Scene
 from ..scene.toml import to_toml
 from .kernels.state import BATCHES, ENDS, LOST
-from .wavefront import Facet, Tally
+from .wavefront import FacetOptics, Tally
 
 Array = NDArray[np.float64]
 
 
-def labelled(
+def to_dataset(
     scene: Scene,
-    facet: Facet,
+    facet: FacetOptics,
     tallies: Sequence[Sequence[Tally]],
     angles: tuple[Sequence[float], Sequence[float]],
     seed: int,

@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.fresnel import reflectance
-from .beam import direction, starts
+from .beam import light_direction, ray_origins
 from .grid import MARGIN, Grid
 from .kernels.empty_space import OFFSET, launch
-from .kernels.first_hits import take_hits
-from .kernels.state import BATCHES, empty_wave
-from .wavefront import WAVE, Tile
+from .kernels.first_hits import record_first_hits
+from .kernels.state import BATCHES, empty_ray_batch
+from .wavefront import BATCH_SIZE, Tile
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Facets:
+class MeshFacets:
     """Facets of one period of a mesh, two of each cell, each array of shape (2 cells,).
 
     Slopes p, q, and the bin of ρ each is in. Facet 2c + s is side s of cell c of the
@@ -55,7 +55,7 @@ class Visibility:
     rays : int
         Rays sent.
     lost : int
-        Those of them that were lost, or whose shadow ray was, see `wave.LOST`; they count as
+        Those of them that were lost, or whose shadow ray was, see `ray_batch.LOST`; they count as
         not met, or as closed.
 
     """
@@ -68,7 +68,7 @@ class Visibility:
     lost: int
 
 
-def facets_of(grid: Grid, sigma_x: float, sigma_y: float, edges: Array) -> Facets:
+def facets_of(grid: Grid, sigma_x: float, sigma_y: float, edges: Array) -> MeshFacets:
     """Slopes of a mesh as rays meet it, in bins of ρ; ``edges`` ascend from 0 to ∞.
 
     Raises ValueError if the edges don't, or a σ is not > 0.
@@ -84,12 +84,12 @@ def facets_of(grid: Grid, sigma_x: float, sigma_y: float, edges: Array) -> Facet
     p = np.stack([along_x[:-1], along_x[1:]], axis=-1).ravel()
     q = np.stack([np.where(flipped, left, right), np.where(flipped, right, left)], axis=-1).ravel()
     place = np.searchsorted(edges, np.hypot(p / sigma_x, q / sigma_y), "right") - 1
-    return Facets(p, q, place, len(edges) - 1)
+    return MeshFacets(p, q, place, len(edges) - 1)
 
 
 def visibility(
     tile: Tile,
-    facets: Facets,
+    facets: MeshFacets,
     theta: float,
     phi: float,
     rays: int,
@@ -106,7 +106,7 @@ def visibility(
     if rays < BATCHES:
         raise ValueError(f"rays = {rays}: must be >= {BATCHES}, one for each batch")
     hit, free, lost = _first_hits(tile, theta, phi, rays, rng)
-    light = direction(theta, phi)
+    light = light_direction(theta, phi)
     slant = light[2] - light[0] * facets.p - light[1] * facets.q  # i·m/m_z
     taken = np.bincount(facets.bin, np.maximum(slant, 0), facets.bins)
     found = np.flatnonzero(hit >= 0)
@@ -145,22 +145,24 @@ def _first_hits(
     """Triangle each ray meets first, −1 if lost; whether its mirror image goes free; the lost."""
     grid = tile.grid
     frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
-    points = starts(rays, grid, rng, 0, 1)
-    dx, dy, dz = -direction(theta, phi)
+    points = ray_origins(rays, grid, rng, 0, 1)
+    dx, dy, dz = -light_direction(theta, phi)
     hit, free = np.full(rays, -1, np.int32), np.zeros(rays, np.bool_)
-    wave, then = empty_wave(WAVE), empty_wave(WAVE)
+    ray_batch, next_batch = empty_ray_batch(BATCH_SIZE), empty_ray_batch(BATCH_SIZE)
     active = started = lost = 0
     while True:
-        fresh = min(WAVE - active, rays - started)
+        fresh = min(BATCH_SIZE - active, rays - started)
         if fresh:
             # A batch for each ray: its number.
-            launch(active, points, started, started + fresh, dx, dy, dz, rays, wave, grid, *frame)
+            launch(
+                active, points, started, started + fresh, dx, dy, dz, rays, ray_batch, grid, *frame
+            )
             active, started = active + fresh, started + fresh
         if not active:
             return hit, free, lost
-        hits = tile.intersect(wave.origins[:active], wave.rays[:active])
-        active, more = take_hits(
-            active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame, hit, free
+        hits = tile.intersect(ray_batch.origins[:active], ray_batch.embree_directions[:active])
+        active, more = record_first_hits(
+            active, ray_batch, next_batch, hits.triangle, hits.u, hits.v, grid, *frame, hit, free
         )
-        wave, then = then, wave
+        ray_batch, next_batch = next_batch, ray_batch
         lost += more

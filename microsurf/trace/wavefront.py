@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from ..physics.fresnel import transmittance_bound
 from ..results import detector
-from .beam import direction, starts
+from .beam import light_direction, ray_origins
 from .embree import Hits, Rays
 from .grid import Grid
 from .kernels.empty_space import OFFSET, launch
 from .kernels.fans import FAN, LIKE, all_rings
-from .kernels.scatter import take_events
-from .kernels.state import BATCHES, Detector, empty_tallies, empty_wave
+from .kernels.scatter import scatter_batch
+from .kernels.state import BATCHES, Tallies, empty_ray_batch, empty_tallies
 
-WAVE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
+BATCH_SIZE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
 
 
 class Tile(Protocol):
@@ -32,10 +32,10 @@ class Tile(Protocol):
         """Find the first triangle of each ray."""
 
 
-class Facet(NamedTuple):
+class FacetOptics(NamedTuple):
     """What the facet events need: index n (k > 0: n + ik of a conductor), which effects run.
 
-    A path of more than result.BODY_EXACT body events survives each further one with
+    A path of more than detector.BODY_EXACT body events survives each further one with
     probability ``survival``, as it would in a substrate of that body weight, and is
     counted for more. In the clefts of heavy-tailed surfaces paths have 1e5 events;
     where the substrate leaves nothing of them, nobody should wait for them.
@@ -61,7 +61,7 @@ class Facet(NamedTuple):
 
 @dataclass(frozen=True)
 class Tally:
-    """What a number of paths came to; tallies of the same bins add up.
+    """The sums over a number of paths; tallies of the same bins add up.
 
     Light is in units of the power of one light ray.
 
@@ -76,7 +76,7 @@ class Tally:
     batch_light : ndarray, shape (BATCHES,)
         Light rays of each batch.
     ended : ndarray, shape (len(ENDS),)
-        Light that did not arrive: absorbed in the substrate (see `Facet`), left out on
+        Light that did not arrive: absorbed in the substrate (see `FacetOptics`), left out on
         purpose at a second facet, or lost, by cause.
     lost : ndarray, shape (len(ENDS),)
         Paths it ended with; what is absorbed at the first facet ends no path.
@@ -104,7 +104,7 @@ class Tally:
 
     @property
     def paths(self) -> int:
-        """Paths from the light to their end, `Facet.branches` for each light ray."""
+        """Paths from the light to their end, `FacetOptics.branches` for each light ray."""
         return int(self.counts[1])
 
     @property
@@ -125,7 +125,7 @@ class Tally:
     def __add__(self, other: "Tally") -> "Tally":
         """Add up; the one with fewer body events is padded with zeros.
 
-        Sums of floats depend on their order: add in the order of the pieces.
+        Sums of floats depend on their order: add in the order of the work items.
         """
         events = max(self.energy.shape[1], other.energy.shape[1])
 
@@ -150,7 +150,7 @@ def trace(
     tile: Tile,
     theta: float,
     phi: float,
-    facet: Facet,
+    facet: FacetOptics,
     paths: int,
     rng: np.random.Generator,
     *,
@@ -170,36 +170,46 @@ def trace(
     frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
     azimuth = phi if azimuth is None else azimuth
     light = -(-paths // facet.branches)
-    points = starts(light, grid, rng, part, parts)
-    dx, dy, dz = -direction(theta, phi)
+    points = ray_origins(light, grid, rng, part, parts)
+    dx, dy, dz = -light_direction(theta, phi)
     ring_cosines = np.cos(np.radians(detector.RING_EDGES[1:]))
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
     tallies, rings = empty_tallies(), all_rings(facet.n if facet.interface else 1.0)
-    found = np.ones((LIKE, detector.RINGS + 1), np.int64)
+    blocked_counts = np.ones((LIKE, detector.RINGS + 1), np.int64)
     light_of_rings, fan = np.zeros(len(rings.edges) - 1), np.zeros(FAN)
     # Every light ray needs room for all it is split into.
-    wave, then = (empty_wave(max(WAVE, facet.branches)) for _ in range(2))
+    ray_batch, next_batch = (empty_ray_batch(max(BATCH_SIZE, facet.branches)) for _ in range(2))
     active = unmet = started = traced = grazes = leaks = 0
     while True:
-        room = len(wave.weight) - active - (facet.branches - 1) * unmet
+        room = len(ray_batch.weight) - active - (facet.branches - 1) * unmet
         fresh = min(room // facet.branches, light - started)
         if fresh:
             launch(
-                active, points, started, started + fresh, dx, dy, dz, BATCHES, wave, grid, *frame
+                active,
+                points,
+                started,
+                started + fresh,
+                dx,
+                dy,
+                dz,
+                BATCHES,
+                ray_batch,
+                grid,
+                *frame,
             )
             active, unmet, started = active + fresh, unmet + fresh, started + fresh
         if not active:
             break
         called = time.perf_counter()
-        hits = tile.intersect(wave.origins[:active], wave.rays[:active])
+        hits = tile.intersect(ray_batch.origins[:active], ray_batch.embree_directions[:active])
         inside += time.perf_counter() - called
         traced += active
-        active, unmet, grazed, leaked = take_events(
-            active, wave, then, hits.triangle, hits.u, hits.v, grid, *frame,
+        active, unmet, grazed, leaked = scatter_batch(
+            active, ray_batch, next_batch, hits.triangle, hits.u, hits.v, grid, *frame,
             facet, facet.branches, bound, azimuth, ring_cosines, detector.BODY_EDGES,
-            rings, found, light_of_rings, fan, tallies, rng,
+            rings, blocked_counts, light_of_rings, fan, tallies, rng,
         )  # fmt: skip
-        wave, then = then, wave
+        ray_batch, next_batch = next_batch, ray_batch
         grazes, leaks = grazes + grazed, leaks + leaked
     return tally_of(
         tallies,
@@ -211,8 +221,8 @@ def trace(
 
 
 def tally_of(
-    tallies: Detector,
-    facet: Facet,
+    tallies: Tallies,
+    facet: FacetOptics,
     batch: NDArray[np.int64],
     counts: tuple[int, int, int],
     seconds: tuple[float, float],

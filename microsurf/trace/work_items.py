@@ -1,6 +1,6 @@
-"""Numbered pieces of work: each can be done anywhere, by anyone, and comes to the same bits.
+"""Numbered work items: each can be done anywhere, by anyone, and gives the same bits.
 
-A piece is small, seeded by its place, and says how to make its surface, so it can be
+A work item is small, seeded by its place, and says how to make its surface, so it can be
 sent to a thread, a process or a machine that knows nothing yet.
 """
 
@@ -17,19 +17,19 @@ from ..scene import Scene
 from ..surface import Heightfield, mesh, surface_of
 from . import engine
 from .engine import AnyTile
-from .wavefront import Facet, Tally
+from .wavefront import FacetOptics, Tally
 
-PIECE = 131_072
-"""Paths of one piece: a tenth of a second, and a fortieth of a large result to lose."""
+PATHS_PER_ITEM = 131_072
+"""Paths of one work item: a tenth of a second, and a fortieth of a large result to lose."""
 
 
 @dataclass(frozen=True)
-class Source:
+class Realisation:
     """Where a realisation's surface comes from: given, or made from the scene's recipe."""
 
     scene: Scene
     seed: int
-    realisation: int
+    number: int
     given: Heightfield | None = None
 
     @property
@@ -37,7 +37,7 @@ class Source:
         """The same for the same surface, here and in every other process."""
         digest = hashlib.sha256()
         if self.given is None:
-            asked = (self.scene.roughness, self.scene.surface, self.seed, self.realisation)
+            asked = (self.scene.roughness, self.scene.surface, self.seed, self.number)
             digest.update(repr(asked).encode())
         else:
             digest.update(repr((self.given.heights.shape, self.given.spacing)).encode())
@@ -50,21 +50,21 @@ class Source:
         name = engine.engine_of(self.scene)
         if self.given is None and not self.scene.requires.roughness:
             return engine.plane(name)
-        surface = self.given or surface_of(self.scene, self.seed, self.realisation)
+        surface = self.given or surface_of(self.scene, self.seed, self.number)
         made = mesh(surface)
         memory.require(made.heights.size, memory.TRACE_BYTES_PER_CELL, "surface")
         return engine.tile_of(name, made.heights, made.flipped)
 
 
 @dataclass(frozen=True)
-class Piece:
-    """So many paths of one angle on one realisation; ``number`` counts pieces of both.
+class WorkItem:
+    """So many paths of one angle on one realisation; ``number`` counts work items of both.
 
     They fall on one of several ``parts`` of the tile: rays that follow each other then
     meet facets near each other, which are in the cache.
     """
 
-    source: Source
+    realisation: Realisation
     name: str
     angle: int
     theta: float
@@ -76,14 +76,14 @@ class Piece:
 
     def generator(self) -> np.random.Generator:
         """Its own random numbers."""
-        place = self.source.realisation, self.angle, self.number
-        return seeds.generator(self.source.seed, seeds.RAYS, *place)
+        place = self.realisation.number, self.angle, self.number
+        return seeds.generator(self.realisation.seed, seeds.RAYS, *place)
 
 
-def facet_of(scene: Scene) -> Facet:
+def facet_optics(scene: Scene) -> FacetOptics:
     """What the facet events of a scene need."""
     needs, material = scene.requires, scene.material
-    return Facet(
+    return FacetOptics(
         material.n,
         needs.interface,
         needs.substrate,
@@ -96,7 +96,7 @@ def facet_of(scene: Scene) -> Facet:
 @functools.cache
 def compiled(name: str) -> None:
     """Compile an engine, once a process, before any clock runs."""
-    facet = Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
+    facet = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
     engine.trace(engine.plane(name), 0.0, 0.0, facet, 1, np.random.default_rng(0))
 
 
@@ -104,13 +104,13 @@ _building = threading.Lock()
 _built: dict[str, AnyTile] = {}
 
 
-def _tile(piece: Piece) -> AnyTile:
-    """The piece's tile: the last one is kept, pieces come in the order of realisations."""
-    name = f"{engine.engine_of(piece.source.scene)} {piece.name}"
+def _tile(item: WorkItem) -> AnyTile:
+    """The work item's tile: the last one is kept, work items come in the order of realisations."""
+    name = f"{engine.engine_of(item.realisation.scene)} {item.name}"
     with _building:
         if name not in _built:
             _built.clear()
-            _built[name] = piece.source.tile()
+            _built[name] = item.realisation.tile()
         return _built[name]
 
 
@@ -120,17 +120,17 @@ def forget() -> None:
         _built.clear()
 
 
-def run(piece: Piece) -> Tally:
+def run(item: WorkItem) -> Tally:
     """Do the work."""
-    scene = piece.source.scene
+    scene = item.realisation.scene
     compiled(engine.engine_of(scene))
     return engine.trace(
-        _tile(piece),
-        piece.theta,
-        piece.phi,
-        facet_of(scene),
-        piece.paths,
-        piece.generator(),
-        part=piece.part,
-        parts=piece.parts,
+        _tile(item),
+        item.theta,
+        item.phi,
+        facet_optics(scene),
+        item.paths,
+        item.generator(),
+        part=item.part,
+        parts=item.parts,
     )

@@ -17,7 +17,7 @@ from microsurf.cli.group import cli
 from microsurf.errors import InputError
 from microsurf.results import albedos, uncertainty
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
-from microsurf.trace.scheduler import PIECE, ROUND
+from microsurf.trace.scheduler import PATHS_PER_ITEM, ROUND
 
 ROOT = Path(__file__).parents[2]
 MEASURED = {1.75: "03-r18-interfaced", 2.0: "07-ggx", 8.0: "02-r18-lambertian"}
@@ -186,7 +186,7 @@ def test_a_run_begins_with_the_surfaces_and_rays_of_its_plan():
     assert uncertainty.surplus(run, asked) <= 1
     assert least <= run.sizes["realisation"] <= 3 * planned
     # A whole round of a million paths is what a surface takes that nobody planned.
-    assert float(run.paths.max()) < 0.25 * ROUND * PIECE
+    assert float(run.paths.max()) < 0.25 * ROUND * PATHS_PER_ITEM
 
 
 def test_validate_says_its_plans_and_keeps_to_them(tmp_path, monkeypatch):

@@ -98,7 +98,7 @@ def test_interrupted_keeps_its_pieces(tmp_path):
 
 
 def test_no_room_for_the_result_keeps_its_pieces(tmp_path):
-    """The process may write no more than 1 MB a file: pieces have room, the whole has not."""
+    """The process may write no more than 1 MB a file: work items have room, the whole has not."""
     out = tmp_path / "m.nc"
     words = command(20_000, 2, out)
     usual = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -4,7 +4,7 @@ from microsurf.invariants import area, false_alarms
 from microsurf.invariants.replicates import heights_of, tile_of
 from microsurf.physics import smith
 from microsurf.surface import generate_surface
-from microsurf.trace.beam import direction
+from microsurf.trace.beam import light_direction
 
 
 class Leaky:
@@ -57,5 +57,5 @@ def test_mean_g1_of_a_large_mesh_is_smiths():
     """
     grid = tile_of(heights_of(generate_surface(8.0, 0.5, cells=256, seed=1))).grid
     found = np.mean([area.mean_g1(grid, 75.0, phi) for phi in range(0, 360, 20)])
-    assert abs(found / smith.g1(direction(75.0, 0.0), 8.0, 0.5) - 1) < 0.01
-    assert abs(found / smith.g1(direction(75.0, 0.0), 8.0, 0.6) - 1) > 0.05
+    assert abs(found / smith.g1(light_direction(75.0, 0.0), 8.0, 0.5) - 1) < 0.01
+    assert abs(found / smith.g1(light_direction(75.0, 0.0), 8.0, 0.6) - 1) > 0.05

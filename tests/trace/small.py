@@ -1,20 +1,22 @@
-"""A measurement of many small pieces, for the tests of who does them and what is kept of them."""
+"""A measurement of many small work items, for tests of scheduling and checkpoints."""
 
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.trace import scheduler
 
-PIECE = 2_000
-"""Paths of a piece in these tests."""
+PATHS_PER_ITEM = 2_000
+"""Paths of a work item in these tests."""
 
 
-def many_pieces(monkeypatch):
-    """Make pieces small in this process; whoever is sent one does what it says."""
-    monkeypatch.setattr(scheduler, "PIECE", PIECE)
+def many_items(monkeypatch):
+    """Make work items small in this process; whoever is sent one does what it says."""
+    monkeypatch.setattr(scheduler, "PATHS_PER_ITEM", PATHS_PER_ITEM)
 
 
 def scene(*, by_error=False, kd=0.8, realisations=3):
-    """Two angles on ``realisations`` surfaces: five pieces each, or as many as the error takes."""
-    accuracy = Accuracy(standard_error=3e-3, lobe_error=0.12) if by_error else Accuracy(5 * PIECE)
+    """Two angles on ``realisations`` surfaces: five work items each, or what the error takes."""
+    accuracy = (
+        Accuracy(standard_error=3e-3, lobe_error=0.12) if by_error else Accuracy(5 * PATHS_PER_ITEM)
+    )
     return Scene(
         roughness=Roughness(8.0, (0.2,)),
         material=Material(1.5, (kd,)),

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from microsurf.trace.beam import direction, stratified_points
+from microsurf.trace.beam import light_direction, stratified_points
 
 
 @pytest.mark.parametrize("paths", [1, 2, 3, 1000, 4096, 50_001])
@@ -28,6 +28,6 @@ def test_uniform(judge):
 
 
 def test_azimuth_is_counted_from_x():
-    np.testing.assert_allclose(direction(90, 0), [1, 0, 0], atol=1e-15)
-    np.testing.assert_allclose(direction(90, 90), [0, 1, 0], atol=1e-15)
-    np.testing.assert_allclose(direction(0, 33), [0, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(light_direction(90, 0), [1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(light_direction(90, 90), [0, 1, 0], atol=1e-15)
+    np.testing.assert_allclose(light_direction(0, 33), [0, 0, 1], atol=1e-15)

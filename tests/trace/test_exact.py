@@ -18,13 +18,13 @@ from microsurf.surface import generate_surface
 from microsurf.surface.heightfield import mesh
 from microsurf.trace import engine, exact, measure
 from microsurf.trace.kernels import exact_fan, fans
-from microsurf.trace.wavefront import Facet
+from microsurf.trace.wavefront import FacetOptics
 
-IL = Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
-MIRROR = Facet(1.5, interface=True, substrate=False, multiple_scattering=True)
-METAL = Facet(0.21, interface=True, substrate=False, multiple_scattering=True, k=3.272)
-LAMBERT = Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
-SINGLE = Facet(1.5, interface=True, substrate=True, multiple_scattering=False)
+IL = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
+MIRROR = FacetOptics(1.5, interface=True, substrate=False, multiple_scattering=True)
+METAL = FacetOptics(0.21, interface=True, substrate=False, multiple_scattering=True, k=3.272)
+LAMBERT = FacetOptics(1.0, interface=False, substrate=True, multiple_scattering=True)
+SINGLE = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=False)
 
 
 def rough(rows, columns, scale=1.0, seed=0):
@@ -81,7 +81,7 @@ def test_a_needle_loses_nothing():
 @pytest.mark.parametrize("theta", [0, 60, 89])
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.4])
 def test_a_flat_tile_is_one_facet(theta, n):
-    facets = Facet(n, n > 1, substrate=True, multiple_scattering=True)
+    facets = FacetOptics(n, n > 1, substrate=True, multiple_scattering=True)
     tally = follow(engine.plane("exact"), theta, facets, count=20_000)
     assert tally.energy[1:].sum() == 0
     expected = float(fresnel.transmittance(np.cos(np.radians(theta)), n))

@@ -8,7 +8,7 @@ import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 
 import pytest
-from small import many_pieces, same, scene
+from small import many_items, same, scene
 
 from microsurf.errors import MicrosurfError
 from microsurf.surface import generate_surface
@@ -16,7 +16,7 @@ from microsurf.trace import measure
 
 
 class Shuffled(Executor):
-    """Does one of the pieces that wait, drawn at random; ``fails`` at that one."""
+    """Does one of the work items that wait, drawn at random; ``fails`` at that one."""
 
     def __init__(self, seed, fails=None):
         self._rng, self._fails = random.Random(seed), fails  # noqa: S311 - an order
@@ -25,10 +25,10 @@ class Shuffled(Executor):
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
-    def submit(self, work, piece):
+    def submit(self, work, item):
         """Put it with those that wait."""
         future = Future()
-        self._waiting.append((future, work, piece))
+        self._waiting.append((future, work, item))
         return future
 
     def _work(self):
@@ -36,15 +36,15 @@ class Shuffled(Executor):
             time.sleep(0.002)  # until several wait
             if not self._waiting:
                 continue
-            future, work, piece = self._waiting.pop(self._rng.randrange(len(self._waiting)))
+            future, work, item = self._waiting.pop(self._rng.randrange(len(self._waiting)))
             if not future.set_running_or_notify_cancel():
                 continue
             self._done += 1
-            self.order.append((piece.source.realisation, piece.number, piece.angle))
+            self.order.append((item.realisation.number, item.number, item.angle))
             if self._done == self._fails:
                 future.set_exception(RuntimeError("struck by lightning"))
             else:
-                future.set_result(work(piece))
+                future.set_result(work(item))
 
     def shutdown(self, wait=True, *, cancel_futures=False):
         """Stop; whoever waits, waits in vain."""
@@ -61,10 +61,10 @@ def processes():
 
 @pytest.mark.parametrize("by_error", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_the_same_bits_by_threads_and_in_any_order(monkeypatch, by_error):
-    many_pieces(monkeypatch)
+    many_items(monkeypatch)
     asked = scene(by_error=by_error)
     one = measure(asked, seed=5, workers=1)
-    assert int(one.paths.min()) >= 4 * 2000  # several pieces in each sum
+    assert int(one.paths.min()) >= 4 * 2000  # several work items in each sum
     for workers in (2, 3):
         assert same(measure(asked, seed=5, workers=workers), one)
     for seed in range(2):
@@ -76,7 +76,7 @@ def test_the_same_bits_by_threads_and_in_any_order(monkeypatch, by_error):
 
 def test_processes_do_the_same_and_a_lost_one_ends_with_one_line(monkeypatch, processes, tmp_path):
     """Then threads go on with what it had finished. Given surfaces are sent along."""
-    many_pieces(monkeypatch)
+    many_items(monkeypatch)
     asked, made = scene(), [generate_surface(2.0, 0.5, cells=32, seed=s) for s in range(3)]
     there = {"workers": 2, "executor": processes}
     assert same(measure(asked, made, **there), measure(asked, made, workers=1))
@@ -92,25 +92,25 @@ def test_processes_do_the_same_and_a_lost_one_ends_with_one_line(monkeypatch, pr
     killer = threading.Thread(target=kill, daemon=True)
     killer.start()
     with pytest.raises(MicrosurfError, match="worker was lost") as lost:
-        measure(asked, **there, keep=parts)
+        measure(asked, **there, checkpoint=parts)
     killer.join()
     assert str(lost.value).count("\n") == 0
     assert lost.value.exit_code == 3
-    assert len(list(parts.glob("0*.npz"))) >= 10  # one of each lane that is finished
-    resumed = measure(asked, workers=1, keep=parts, resume=True)
+    assert len(list(parts.glob("0*.npz"))) >= 10  # one of each stream that is finished
+    resumed = measure(asked, workers=1, checkpoint=parts, resume=True)
     assert same(resumed, measure(asked, workers=2))
 
 
 @pytest.mark.parametrize("by_error", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_failed_and_resumed_comes_to_the_same_bits(monkeypatch, tmp_path, by_error):
     """Again and again, until it is through."""
-    many_pieces(monkeypatch)
+    many_items(monkeypatch)
     asked, failures = scene(by_error=by_error), 0
     for seed in range(100):
         with Shuffled(seed, fails=40 if by_error else 5) as executor:
             try:
                 found = measure(
-                    asked, workers=3, executor=executor, keep=tmp_path / "p", resume=True
+                    asked, workers=3, executor=executor, checkpoint=tmp_path / "p", resume=True
                 )
                 break
             except MicrosurfError as error:

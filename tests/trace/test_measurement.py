@@ -34,7 +34,7 @@ def assert_books(measured):
 
 
 def test_same_seed_same_bits_whatever_the_workers():
-    asked = scene(paths=600_000)  # three pieces
+    asked = scene(paths=600_000)  # three work items
     one, two, other = (measure(asked, seed=s, workers=w) for s, w in ((5, 1), (5, 3), (6, 1)))
     xr.testing.assert_identical(one.flux, two.flux)
     xr.testing.assert_identical(one.ended, two.ended)

@@ -4,7 +4,7 @@ from scipy import stats
 
 from microsurf.surface import Heightfield, facet_slopes, mesh
 from microsurf.trace import visibility, wavefront
-from microsurf.trace.beam import direction
+from microsurf.trace.beam import light_direction
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights, triangles
 from microsurf.trace.kernels.state import BATCHES
@@ -130,7 +130,7 @@ def brute(tile, facets, theta, phi, points, rng):
     inner = np.arange(len(index)).reshape(grid.rows + 2, grid.columns + 2, 2)[1:-1, 1:-1].ravel()
     corners = vertices[index[inner[number]]].astype(float)
     origins = np.einsum("kc,kcx->kx", rng.dirichlet(np.ones(3), points), corners)
-    i = direction(theta, phi)
+    i = light_direction(theta, phi)
     m = np.stack([-facets.p[number], -facets.q[number], np.ones(points)], axis=-1)
     slant = m @ i
     o = 2 * slant[:, None] * m / np.sum(m * m, axis=1, keepdims=True) - i
@@ -184,7 +184,7 @@ def test_as_points_of_facets_see_it(judge):
 def test_specular_is_that_of_the_tracer(theta, judge):
     tile, facets = made(bumps())
     found = see(tile, facets, theta, 10.0, seed=judge.seed(6))
-    facet = wavefront.Facet(1.5, interface=True, substrate=False, multiple_scattering=False)
+    facet = wavefront.FacetOptics(1.5, interface=True, substrate=False, multiple_scattering=False)
     traced = wavefront.trace(tile, theta, 10.0, facet, 64_000, np.random.default_rng(judge.seed(7)))
     ours = found.specular.sum(axis=1)
     theirs = traced.batches[:, 0].sum(axis=1) / traced.batch_light

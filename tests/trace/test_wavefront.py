@@ -8,16 +8,16 @@ from scipy import stats
 from microsurf.physics import facet, fresnel
 from microsurf.results import detector
 from microsurf.trace import wavefront
-from microsurf.trace.beam import direction, stratified_points
+from microsurf.trace.beam import light_direction, stratified_points
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights
 from microsurf.trace.kernels import empty_space, fans
-from microsurf.trace.kernels.state import ENDS, empty_wave
+from microsurf.trace.kernels.state import ENDS, empty_ray_batch
 from microsurf.trace.plane import Plane
 
-IL = wavefront.Facet(1.5, interface=True, substrate=True, multiple_scattering=True)
-MIRROR = wavefront.Facet(1.5, interface=True, substrate=False, multiple_scattering=True)
-LAMBERT = wavefront.Facet(1.0, interface=False, substrate=True, multiple_scattering=True)
+IL = wavefront.FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
+MIRROR = wavefront.FacetOptics(1.5, interface=True, substrate=False, multiple_scattering=True)
+LAMBERT = wavefront.FacetOptics(1.0, interface=False, substrate=True, multiple_scattering=True)
 
 
 def bumps(rows=48, columns=32, slope=1.0, seed=0):
@@ -105,7 +105,7 @@ def test_a_flat_mesh_is_one_facet(theta, n):
     """Specular and body shares of one facet, in closed form."""
     flat = tile(np.zeros((8, 8)))
     for surface in (flat, Plane()):
-        facets = wavefront.Facet(n, n > 1, substrate=True, multiple_scattering=True)
+        facets = wavefront.FacetOptics(n, n > 1, substrate=True, multiple_scattering=True)
         tally = follow(surface, theta, facets)
         assert tally.energy[1:].sum() == 0
         body = tally.energy[0, 1].sum() / tally.light
@@ -123,7 +123,7 @@ def test_body_events_leave_as_transmission_times_cosine(n):
 
     n = 5 lies where T is not largest at normal incidence. A cosine lobe is told apart.
     """
-    facets = wavefront.Facet(n, n > 1, substrate=True, multiple_scattering=True)
+    facets = wavefront.FacetOptics(n, n > 1, substrate=True, multiple_scattering=True)
     tally = follow(Plane(), 30, facets, count=8000)
     edges = np.cos(np.radians(detector.RING_EDGES))
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -247,16 +247,16 @@ def test_skipping_empty_space_changes_nothing():
     for theta, phi in ((0, 0), (60, 37), (85, 200)):
         start = stratified_points(count, np.random.default_rng(2))
         start = start * (150, 96) + (grid.x0 + 1, grid.y0 + 1)
-        incident = -direction(theta, phi)
+        incident = -light_direction(theta, phi)
         found = []
         no_tops = np.full_like(grid.tops, grid.top)
         for tops in (grid.tops, no_tops):
-            wave = empty_wave(count)
+            ray_batch = empty_ray_batch(count)
             empty_space.launch(
-                0, start, 0, count, *incident, 1, wave,
+                0, start, 0, count, *incident, 1, ray_batch,
                 grid._replace(tops=tops), grid.x0, grid.y0, grid.top + 1e-3, grid.reach,
             )  # fmt: skip
-            found.append(first_facet(surface, wave.origins, incident))
+            found.append(first_facet(surface, ray_batch.origins, incident))
         assert (found[0] == found[1]).mean() > 0.999  # float32 moves a ray near an edge
 
 
@@ -288,7 +288,7 @@ def first_facet(surface, origins, incident):
 
 def test_single_scattering_leaves_out_second_facets(judge):
     surface = tile(bumps())
-    alone = wavefront.Facet(1.5, interface=True, substrate=True, multiple_scattering=False)
+    alone = wavefront.FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=False)
     whole = follow(surface, 60, seed=judge.seed(1))
     single = follow(surface, 60, alone, seed=judge.seed(2))
     assert single.energy[1:].sum() == 0

@@ -72,7 +72,7 @@ def traced(gamma: float, sigma: float, cells: int) -> Callable[[Scene, int], Cos
     tile = EmbreeTile(from_heights(made.heights, made.flipped))
 
     def run(scene: Scene, turn: int) -> Cost:
-        facet = work_items.facet_of(scene)
+        facet = work_items.facet_optics(scene)
         meets = tile if scene.requires.roughness else Plane()
         tally = wavefront.trace(
             meets, THETA, 0.0, facet, LIGHT_RAYS * facet.branches, np.random.default_rng(turn)

@@ -183,7 +183,7 @@ class Offset:
     """
 
     CALLS, LIGHT = 30, 16
-    MOST_WAVES = 10_000
+    MOST_BATCHES = 10_000
     """Of a call: a path of the right tracer ends within a hundred or two."""
 
     def __init__(self, factor: float) -> None:
@@ -191,20 +191,22 @@ class Offset:
         self._embree, self._exact = EmbreeTile(grid), GridWalk(grid)
         options = {"nogil": True, "error_model": "numpy", "_nrt": False}
         inlined = njit(inline="always", **options)
-        meet = inlined(_with(intersection.meet, OFFSET=factor * intersection.OFFSET))
-        arrival = inlined(_with(intersection.arrival, meet=meet))
-        self._take = njit(**options)(_with(scatter.take_events, arrival=arrival))
-        self._waves = 0
+        reconstruct_hit = inlined(
+            _with(intersection.reconstruct_hit, OFFSET=factor * intersection.OFFSET)
+        )
+        classify_ray = inlined(_with(intersection.classify_ray, reconstruct_hit=reconstruct_hit))
+        self._take = njit(**options)(_with(scatter.scatter_batch, classify_ray=classify_ray))
+        self._batches = 0
 
     def _counted(self, *arguments: Any) -> Any:
         """Without any distance a path may meet its own facet for ever."""
-        self._waves += 1
-        if self._waves > self.MOST_WAVES:
+        self._batches += 1
+        if self._batches > self.MOST_BATCHES:
             raise EndlessPathError
         return self._take(*arguments)
 
     def _run(self, tile: wavefront.Tile, seed: int, call: int) -> Tally:
-        self._waves = 0
+        self._batches = 0
         rng = np.random.Generator(np.random.SFC64([seed, call]))
         return wavefront.trace(tile, 60.0, 17.0, IL, self.LIGHT * IL.branches, rng)
 

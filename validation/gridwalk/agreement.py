@@ -36,7 +36,7 @@ EPSILON = 2.0**-23
 _TIE = 2.0**-40  # of R: float64 does not know which of two planes so near comes first
 
 
-class Facets:
+class FacetsOfRays:
     """What rays, each with a facet of its own, have to do with it.
 
     Attributes
@@ -98,7 +98,7 @@ def facet_discrepancy(
         the ray passes by what it named.
 
     """
-    a, b = Facets(grid, true, rays), Facets(grid, seen, rays)
+    a, b = FacetsOfRays(grid, true, rays), FacetsOfRays(grid, seen, rays)
     hit_a, hit_b = true >= 0, seen >= 0
     claim = np.maximum(b.outside, np.where(b.t < 0, b.height, 0)) * hit_b
     excuse = np.minimum(np.abs(a.inside), a.height)
@@ -117,7 +117,7 @@ def weight_discrepancy(
     grid: Grid, rays: tuple[Array, Array], seen: Hits, true: Meetings
 ) -> tuple[Array, Array]:
     """Differences of the weights (u, v) on the same facet, in εR·perimeter/(2A cosθ) and in 1."""
-    facets = Facets(grid, true.triangle, rays)
+    facets = FacetsOfRays(grid, true.triangle, rays)
     u, v = true.u - seen.u, true.v - seen.v
     off = np.max(np.abs([u, v, u + v]), axis=0)
     return off / (facets.weight_unit + EPSILON), off

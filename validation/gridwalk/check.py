@@ -33,7 +33,7 @@ from microsurf.surface.heightfield import mesh
 from microsurf.trace.embree import EmbreeTile, Hits, Rays
 from microsurf.trace.grid import MARGIN, Grid, from_heights, triangles
 from microsurf.trace.kernels.state import ENDS, LOST
-from microsurf.trace.wavefront import Facet, Tally, Tile, trace
+from microsurf.trace.wavefront import FacetOptics, Tally, Tile, trace
 
 from .agreement import BOUND, facet_discrepancy, weight_discrepancy
 from .walk import GridWalk, Meetings
@@ -43,7 +43,7 @@ ORDINARY = ((8.0, 0.7, 16), (2.0, 0.3, 16), (1.75, 0.5, 4))
 """γ, σ, and light rays a call: fewer where more paths differ, which costs time."""
 N, KD = 1.5, 0.8
 WEIGHT = float(facet.body_weight(N, KD))
-IL = Facet(N, interface=True, substrate=True, multiple_scattering=True, survival=WEIGHT)
+IL = FacetOptics(N, interface=True, substrate=True, multiple_scattering=True, survival=WEIGHT)
 AIMED = 200_000
 ALLOWED = 1e-5  # difference of the albedos
 THETAS = (0.0, 60.0, 80.0, 89.0)

@@ -20,7 +20,7 @@ from tqdm import tqdm
 from microsurf.trace.embree import EmbreeTile, Rays
 from microsurf.trace.grid import Grid, triangles
 
-from .agreement import Facets
+from .agreement import FacetsOfRays
 from .check import IL, ORDINARY, OUT, ordinary, traced
 from .walk import GridWalk
 
@@ -46,7 +46,7 @@ def leaks(embree: EmbreeTile, theta: float, rng: np.random.Generator) -> dict[st
     met = walk.meet(origins, directions)
     hit = met.triangle >= 0
     origins, directions = origins[hit].astype(float), directions[hit]
-    facets = Facets(grid, met.triangle[hit], (origins, directions))
+    facets = FacetsOfRays(grid, met.triangle[hit], (origins, directions))
     vertices, faces = triangles(grid)
     corner = vertices[faces[met.triangle[hit]]].astype(float)
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])

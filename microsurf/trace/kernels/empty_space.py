@@ -78,27 +78,31 @@ def advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, to
 
 
 @compiled
-def launch(first, starts, begin, end, dx, dy, dz, batches, wave, grid, x0, y0, top, reach):
-    """Put light rays into the wave from ``first`` on, brought near the surface.
+def launch(first, ray_origins, begin, end, dx, dy, dz, batches, rays, grid, x0, y0, top, reach):
+    """Put light rays into the batch from ``first`` on, brought near the surface.
 
-    They are those from ``begin`` to ``end`` of ``starts``, points in the plane above
+    They are those from ``begin`` to ``end`` of ``ray_origins``, points in the plane above
     everything.
     """
     for k in range(begin, end):
         _, px, py, pz, wraps = advance(
-            starts[k, 0], starts[k, 1], top, dx, dy, dz, grid.tops, grid.levels,
+            ray_origins[k, 0], ray_origins[k, 1], top, dx, dy, dz, grid.tops, grid.levels,
             x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
         )  # fmt: skip
-        put(wave, first + k - begin, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, k % batches)
+        push_ray(rays, first + k - begin, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, k % batches)
 
 
 @inlined
-def put(wave, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch):
-    """Make one ray the wave's r-th."""
-    wave.origins[r, 0], wave.origins[r, 1], wave.origins[r, 2] = px, py, pz
-    wave.rays[r, 0], wave.rays[r, 1], wave.rays[r, 2] = dx, dy, dz
-    wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2] = dx, dy, dz
-    wave.weight[r] = weight
-    wave.state[r, 0], wave.state[r, 1] = order, body
-    wave.state[r, 2], wave.state[r, 3] = wraps, batch
-    wave.state[r, 6], wave.state[r, 7] = -1, 0
+def push_ray(rays, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch):
+    """Make one ray the batch's r-th."""
+    rays.origins[r, 0], rays.origins[r, 1], rays.origins[r, 2] = px, py, pz
+    rays.embree_directions[r, 0], rays.embree_directions[r, 1], rays.embree_directions[r, 2] = (
+        dx,
+        dy,
+        dz,
+    )
+    rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2] = dx, dy, dz
+    rays.weight[r] = weight
+    rays.state[r, 0], rays.state[r, 1] = order, body
+    rays.state[r, 2], rays.state[r, 3] = wraps, batch
+    rays.state[r, 6], rays.state[r, 7] = -1, 0

@@ -49,17 +49,17 @@ def body_direction(mx, my, mz, first, second, facet, bound, random):
 
 @compiled
 def trace_light(
-    tile, starts, dx, dy, dz, pool, facet, bound, azimuth, ring_cosines, body_edges,
+    tile, ray_origins, dx, dy, dz, pool, facet, bound, azimuth, ring_cosines, body_edges,
     rings, nodes, room, pair, tallies, random,
 ):  # fmt: skip
-    """Follow light rays, from ``starts`` in the plane of the highest point, until all have ended.
+    """Follow light rays from ``ray_origins``, in the plane of the highest point, to their end.
 
     ``pool`` of them that follow each other share a fan and a path, and a batch. ``room`` is
     for the numbers of one fan, two numbers and one number a ring; ``pair`` is the point of a
     low-discrepancy sequence, for the fans' directions. Returns the number of rays.
     """
     fan, light, into_rings = room
-    count = len(starts)
+    count = len(ray_origins)
     traced = 0
     even_x, even_y = pair
     dx, dy = sideways(dx), sideways(dy)
@@ -73,7 +73,7 @@ def trace_light(
     bcx = bcy = bside = border = 0
     for k in range(count):
         batch = (k // pool) % BATCHES
-        x, y = starts[k, 0], starts[k, 1]
+        x, y = ray_origins[k, 0], ray_origins[k, 1]
         cx, cy = min(int(x), tile.columns - 1), min(int(y), tile.rows - 1)
         if cx // FOOTPRINT != block_x or cy // FOOTPRINT != block_y:
             block_x, block_y = cx // FOOTPRINT, cy // FOOTPRINT

@@ -20,7 +20,7 @@ from ...jit import inlined
 LEAST = 1e-150
 """Least |dx| and |dy|: a vertical ray then leaves its cell 1e150 cells below, which is finite."""
 ROUNDS = 100_000
-"""Periods after which a ray that met nothing counts as out: it is level, and in a groove."""
+"""Periods after which a ray that met nothing counts as out: it is level, and in a furrow."""
 _PATIENCE = 3  # cells between two looks at the pyramid
 
 

@@ -6,7 +6,7 @@ that leaves a substrate is not sent as single paths but as a *fan*: an azimuth d
 the facet's lobe, and in it one direction for each of the detector's rings, each with its
 share of the light. A few rays find the first ring that is blocked. What is steeper arrives
 as a whole; the rest goes on as one path, along one of the blocked directions, drawn by
-their shares. The shares add up to the light, so the books close fan by fan.
+their shares. The shares add up to the light, so energy is conserved fan by fan.
 
 The share of a ring is ∫ T(μ) μ sinθ dθ, with μ = m_z cosθ + m_t sinθ for a normal with
 m_t along the azimuth: without an interface (T = 1) in closed form, else by Gauss's rule of
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ...jit import compiled, inlined
 from ...results import detector
-from .empty_space import put
+from .empty_space import push_ray
 
 FAN = 9
 """Numbers of a fan: its start x, y, z; cos φ, sin φ; m_z, m_t; the random number of its θ;
@@ -125,8 +125,8 @@ def shares(mz, mt, last, rings, into):
 
 
 @inlined
-def elevation(ring, mz, mt, last, chance, rings):
-    """θ of a ring's direction: ``chance`` in [0, 1) through the density of its light."""
+def elevation(ring, mz, mt, last, random_number, rings):
+    """θ of a ring's direction: ``random_number`` in [0, 1) through the density of its light."""
     low, high = rings.edges[ring], rings.edges[ring + 1]
     a = _density(rings.edge_sines[ring], rings.edge_cosines[ring], mz, mt, rings.n)
     b = _density(rings.edge_sines[ring + 1], rings.edge_cosines[ring + 1], mz, mt, rings.n)
@@ -135,16 +135,18 @@ def elevation(ring, mz, mt, last, chance, rings):
         most, least = last - low, max(last - high, 0.0)
         if rings.n == 1:
             most, least = most * most, least * least
-            return last - np.sqrt(most - chance * (most - least))
+            return last - np.sqrt(most - random_number * (most - least))
         most, least = most * most * most, least * least * least
-        return last - np.cbrt(most - chance * (most - least))
-    return low + (high - low) * chance * (a + b) / (a + np.sqrt(a * a + chance * (b * b - a * a)))
+        return last - np.cbrt(most - random_number * (most - least))
+    return low + (high - low) * random_number * (a + b) / (
+        a + np.sqrt(a * a + random_number * (b * b - a * a))
+    )
 
 
 @inlined
-def next_probe(fan, low, high, found, grid):
+def next_probe(fan, low, high, blocked_counts, grid):
     """Which ring to try, the first blocked one being in low … high: the median of like fans."""
-    seen = found[like(fan, grid)]
+    seen = blocked_counts[like(fan, grid)]
     total = 0
     for i in range(low, high + 1):
         total += seen[i]
@@ -165,16 +167,16 @@ def like(fan, grid):
 
 
 @inlined
-def probe(then, alive, fan, ring, weight, batch, rings):
+def probe(next_rays, alive, fan, ring, weight, batch, rings):
     """Send a ray along a fan's direction in one ring, from its start."""
     theta = elevation(ring, fan[5], fan[6], fan[8], fan[7], rings)
     sine, cosine = np.sin(theta), np.cos(theta)
-    put(
-        then, alive, fan[0], fan[1], fan[2],
+    push_ray(
+        next_rays, alive, fan[0], fan[1], fan[2],
         sine * fan[3], sine * fan[4], cosine, weight, 1, 1, 0, batch,
     )  # fmt: skip
     for j in range(FAN):
-        then.fan[alive, j] = fan[j]
+        next_rays.fan[alive, j] = fan[j]
 
 
 @inlined
@@ -185,10 +187,10 @@ def sector_of(dx, dy, azimuth):
 
 
 @inlined
-def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, chance):
+def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, random_number):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 
-    Light is ``weight``; ``chance`` in [0, 1) draws the ring, which is −1 if nothing is blocked.
+    Light is ``weight``; ``random_number`` in [0, 1) draws the ring, −1 if nothing is blocked.
     """
     count, total = shares(fan[5], fan[6], fan[8], rings, light)
     sector = sector_of(fan[3], fan[4], azimuth)
@@ -201,7 +203,7 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, chance):
     tallies.batches[batch, 0, 1] += seen / total * weight
     blocked = total - seen
     ring = min(first, count)
-    left = chance * blocked
+    left = random_number * blocked
     if ring == count:
         return -1, 0.0
     while ring < count - 1 and left >= light[ring]:

@@ -1,30 +1,30 @@
 """First hits and their shadow rays between two calls of Embree; compiled."""
 
 from ...jit import compiled
-from .empty_space import put
-from .intersection import ON, OUT, arrival
+from .empty_space import push_ray
+from .intersection import CONTINUES, ESCAPED, classify_ray
 
 
 @compiled
-def take_hits(active, wave, then, triangle, u, v, grid, x0, y0, top, reach, hit, free):
-    """Note what each ray met, and put what goes on into ``then``; how many do, how many are lost.
+def record_first_hits(active, rays, next_rays, triangle, u, v, grid, x0, y0, top, reach, hit, free):
+    """Record what each ray met, push what goes on to ``next_rays``; how many do, how many are lost.
 
     Of a ray's state, order 0 is light and 1 what was mirrored; the batch is its number.
     """
     alive = lost = 0
     for r in range(active):
-        dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
-        order, number = wave.state[r, 0], wave.state[r, 3]
-        fate, _, again, mx, my, mz, mu, px, py, pz, wraps = arrival(
-            r, wave, triangle[r], u[r], v[r], grid, x0, y0, top, reach, order == 0
+        dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
+        order, number = rays.state[r, 0], rays.state[r, 3]
+        status, _, again, mx, my, mz, mu, px, py, pz, wraps = classify_ray(
+            r, rays, triangle[r], u[r], v[r], grid, x0, y0, top, reach, order == 0
         )
-        if fate == ON:
-            put(then, alive, px, py, pz, dx, dy, dz, 1.0, order, 0, wraps, number)
-            then.state[alive, 7] = again
+        if status == CONTINUES:
+            push_ray(next_rays, alive, px, py, pz, dx, dy, dz, 1.0, order, 0, wraps, number)
+            next_rays.state[alive, 7] = again
             alive += 1
-        elif fate >= 0:
+        elif status >= 0:
             lost += 1
-        elif fate == OUT:
+        elif status == ESCAPED:
             free[number] = order == 1
         elif order == 0:
             hit[number] = triangle[r]
@@ -32,6 +32,6 @@ def take_hits(active, wave, then, triangle, u, v, grid, x0, y0, top, reach, hit,
             if oz > 0 and pz >= top:
                 free[number] = True
             elif oz > 0:
-                put(then, alive, px, py, pz, ox, oy, oz, 1.0, 1, 0, wraps, number)
+                push_ray(next_rays, alive, px, py, pz, ox, oy, oz, 1.0, 1, 0, wraps, number)
                 alive += 1
     return alive, lost

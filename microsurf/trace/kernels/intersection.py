@@ -13,8 +13,8 @@ from ..grid import MARGIN
 from .empty_space import MOST_WRAPS, OFFSET, advance
 from .state import BEHIND, BELOW, WRAPPED
 
-MET, OUT, ON = -1, -2, -3
-"""Fates of a ray beside those of `wave.ENDS`: on a facet, out above, to go on as it was."""
+ON_FACET, ESCAPED, CONTINUES = -1, -2, -3
+"""Statuses of a ray beside those of `rays.ENDS`: on a facet, out above, to go on as it was."""
 
 _PASSES = 8 * 2.0**-23  # of the ray's length: as near float32 may take it to pass an edge
 _BACK = 1e-6  # float32 directions may meet a grazed triangle from behind by this cosine
@@ -22,38 +22,38 @@ _AGAIN = 3  # times a ray that fell through an edge is sent again, from a little
 
 
 @inlined
-def arrival(r, wave, triangle, u, v, grid, x0, y0, top, reach, goes_on):
+def classify_ray(r, rays, triangle, u, v, grid, x0, y0, top, reach, goes_on):
     """Where the r-th ray is after a call of Embree.
 
-    Returns its fate (`wave.ENDS` by index if it is lost, else MET, OUT or ON), whether it
+    Returns its status (`rays.ENDS` by index if it is lost, else MET, OUT or ON), whether it
     grazed a ridge, how often it was sent again; the facet's normal and the cosine to it;
-    where it starts next, times round the period. See `meet` for ``goes_on``.
+    where it starts next, times round the period. See `reconstruct_hit` for ``goes_on``.
     """
-    again, wraps = wave.state[r, 7], wave.state[r, 2]
+    again, wraps = rays.state[r, 7], rays.state[r, 2]
     grazed = False
     mx = my = mz = mu = 0.0
     if triangle < 0:
-        fate, px, py, pz, wraps = _onward(r, wave, grid, x0, y0, top, reach)
+        status, px, py, pz, wraps = _onward(r, rays, grid, x0, y0, top, reach)
     else:
-        mx, my, mz, mu, grazed, px, py, pz = meet(
-            r, wave, triangle, u, v, grid, x0, y0, reach, goes_on
+        mx, my, mz, mu, grazed, px, py, pz = reconstruct_hit(
+            r, rays, triangle, u, v, grid, x0, y0, reach, goes_on
         )
-        fate = MET
+        status = ON_FACET
         if grazed:
-            fate = ON
+            status = CONTINUES
         elif mu < -_BACK:
-            fate = BEHIND
-    if fate in (BELOW, BEHIND) and again < _AGAIN:
+            status = BEHIND
+    if status in (BELOW, BEHIND) and again < _AGAIN:
         # Embree lets a ray through an edge, once in 1e9: from a little above it does not.
         # Above a heightfield nothing is in the way; light from the zenith steps aside.
         again += 1
         lift = again * 2.0**-20 * reach
-        aside = lift if wave.state[r, 0] == 0 else 0.0
-        px, py = wave.origins[r, 0] + aside, wave.origins[r, 1] + 0.7 * aside
-        pz = wave.origins[r, 2] + lift
-        wraps = wave.state[r, 2]
-        fate = ON
-    return fate, grazed, again, mx, my, mz, mu, px, py, pz, wraps
+        aside = lift if rays.state[r, 0] == 0 else 0.0
+        px, py = rays.origins[r, 0] + aside, rays.origins[r, 1] + 0.7 * aside
+        pz = rays.origins[r, 2] + lift
+        wraps = rays.state[r, 2]
+        status = CONTINUES
+    return status, grazed, again, mx, my, mz, mu, px, py, pz, wraps
 
 
 @inlined
@@ -76,15 +76,15 @@ def _edge(x, y, z):
 
 
 @inlined
-def _onward(r, wave, grid, x0, y0, top, reach):
+def _onward(r, rays, grid, x0, y0, top, reach):
     """A ray that met no triangle: out above, lost, or round the period.
 
-    Returns its fate, where it is now, times round the period.
+    Returns its status, where it is now, times round the period.
     """
-    dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
-    px, py = float(wave.origins[r, 0]), float(wave.origins[r, 1])
-    pz = float(wave.origins[r, 2])
-    wraps = wave.state[r, 2]
+    dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
+    px, py = float(rays.origins[r, 0]), float(rays.origins[r, 1])
+    pz = float(rays.origins[r, 2])
+    wraps = rays.state[r, 2]
     tx = ty = np.inf
     if dx != 0:
         tx = (x0 + grid.flipped.shape[1] - px) / dx if dx > 0 else (x0 - px) / dx
@@ -93,7 +93,7 @@ def _onward(r, wave, grid, x0, y0, top, reach):
     t = min(tx, ty)
     z = pz + t * dz if t < np.inf else np.copysign(np.inf, dz)
     if dz > 0 and z >= top:
-        return OUT, px, py, pz, wraps
+        return ESCAPED, px, py, pz, wraps
     if dz <= 0 and z < grid.bottom:
         return BELOW, px, py, pz, wraps
     if wraps >= MOST_WRAPS:
@@ -111,12 +111,12 @@ def _onward(r, wave, grid, x0, y0, top, reach):
     )  # fmt: skip
     wraps += 1 + more
     if ahead == 1:
-        return OUT, px, py, pz, wraps
-    return WRAPPED if wraps >= MOST_WRAPS else ON, px, py, pz, wraps
+        return ESCAPED, px, py, pz, wraps
+    return WRAPPED if wraps >= MOST_WRAPS else CONTINUES, px, py, pz, wraps
 
 
 @inlined
-def meet(r, wave, triangle, u, v, grid, x0, y0, reach, goes_on):
+def reconstruct_hit(r, rays, triangle, u, v, grid, x0, y0, reach, goes_on):
     """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start.
 
     The start is only found for a ray that ``goes_on`` from here, or grazed.
@@ -129,14 +129,14 @@ def meet(r, wave, triangle, u, v, grid, x0, y0, reach, goes_on):
     )
     length = np.sqrt(1 + p * p + q * q)
     mx, my, mz = -p / length, -q / length, 1 / length
-    mu = -(wave.directions[r, 0] * mx + wave.directions[r, 1] * my + wave.directions[r, 2] * mz)
+    mu = -(rays.directions[r, 0] * mx + rays.directions[r, 1] * my + rays.directions[r, 2] * mz)
     wb, we = float(u), float(v)
     wa = 1 - wb - we
     grazed = False
     if mu < -_BACK:
         # The far side of a ridge, met where the ray passes its edge: distances in the
         # plane across the ray are heights of the triangle times |μ|.
-        ox, oy, oz = wave.origins[r, 0], wave.origins[r, 1], wave.origins[r, 2]
+        ox, oy, oz = rays.origins[r, 0], rays.origins[r, 1], rays.origins[r, 2]
         cx, cy = cell_x + x0, cell_y + y0
         far = 2 + np.sqrt((cx - ox) ** 2 + (cy - oy) ** 2 + (az - oz) ** 2)
         far *= _PASSES / (length * -mu)

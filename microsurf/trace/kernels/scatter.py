@@ -2,7 +2,7 @@
 
 A light ray is *split* at its first facet: one path is mirrored with weight F, the rest T
 comes out of the substrate as a fan, see `fans` (splitting: Arvo & Kirk 1990, "Particle
-transport and image synthesis"). The weights add up to the light ray's, so the books close
+transport and image synthesis"). The weights add up to the light ray's, so energy is conserved
 ray by ray. At later facets a path draws one of both.
 """
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from ...jit import compiled, inlined
 from ...results import detector
-from .empty_space import put
+from .empty_space import push_ray
 from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
-from .intersection import MET, ON, OUT, arrival
+from .intersection import CONTINUES, ESCAPED, ON_FACET, classify_ray
 from .state import ABSORBED, LEFT_OUT
 
 
@@ -67,61 +67,61 @@ def arrive(tallies, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosine
 
 
 @compiled
-def take_events(
-    active, wave, then, triangle, u, v, grid, x0, y0, top, reach,
+def scatter_batch(
+    active, rays, next_rays, triangle, u, v, grid, x0, y0, top, reach,
     facet, branches, bound, azimuth, ring_cosines, body_edges,
-    rings, found, light, fan, tallies, rng,
+    rings, blocked_counts, light, fan, tallies, rng,
 ):  # fmt: skip
-    """Take one facet event for each of the wave's active rays; what goes on is put into ``then``.
+    """Scatter each active ray at its facet; what goes on is pushed to ``next_rays``.
 
     A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
-    ``found`` counts where fans had their first blocked ring, to find the next one sooner;
+    ``blocked_counts`` counts where fans had their first blocked ring, to find the next one sooner;
     ``light`` and ``fan`` are room for the shares and the numbers of one fan.
     Returns the number of rays that go on, of those among them that have met no facet
     yet, of grazes, and of rays that fell through an edge and are sent again.
     """
     alive = unmet = grazes = leaks = 0
     for r in range(active):
-        dx, dy, dz = wave.directions[r, 0], wave.directions[r, 1], wave.directions[r, 2]
-        order, body, batch = wave.state[r, 0], wave.state[r, 1], wave.state[r, 3]
-        tried = wave.state[r, 6]  # the ring of a fan's ray, −1 for any other ray
-        weight = wave.weight[r]
-        fate, grazed, again, mx, my, mz, mu, px, py, pz, wraps = arrival(
-            r, wave, triangle[r], u[r], v[r], grid, x0, y0, top, reach, tried < 0
+        dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
+        order, body, batch = rays.state[r, 0], rays.state[r, 1], rays.state[r, 3]
+        tried = rays.state[r, 6]  # the ring of a fan's ray, −1 for any other ray
+        weight = rays.weight[r]
+        status, grazed, again, mx, my, mz, mu, px, py, pz, wraps = classify_ray(
+            r, rays, triangle[r], u[r], v[r], grid, x0, y0, top, reach, tried < 0
         )
-        if fate == MET and order >= 1 and tried < 0 and not facet.multiple_scattering:
-            fate = LEFT_OUT
-        if fate == ON:
-            put(then, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
+        if status == ON_FACET and order >= 1 and tried < 0 and not facet.multiple_scattering:
+            status = LEFT_OUT
+        if status == CONTINUES:
+            push_ray(next_rays, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
             for j in range(4, 7):
-                then.state[alive, j] = wave.state[r, j]
-            then.state[alive, 7] = again
+                next_rays.state[alive, j] = rays.state[r, j]
+            next_rays.state[alive, 7] = again
             if tried >= 0:
                 for j in range(FAN):
-                    then.fan[alive, j] = wave.fan[r, j]
+                    next_rays.fan[alive, j] = rays.fan[r, j]
             alive += 1
             unmet += order == 0
             grazes += grazed
-            leaks += again > wave.state[r, 7]
+            leaks += again > rays.state[r, 7]
             continue
-        if fate >= 0:
-            tallies.ended[fate] += weight
-            tallies.lost[fate] += 1 if order > 0 else branches
+        if status >= 0:
+            tallies.ended[status] += weight
+            tallies.lost[status] += 1 if order > 0 else branches
             continue
         if tried >= 0:
             for j in range(FAN):
-                fan[j] = wave.fan[r, j]
-            low, high = wave.state[r, 4], wave.state[r, 5]
-            if fate == OUT:
+                fan[j] = rays.fan[r, j]
+            low, high = rays.state[r, 4], rays.state[r, 5]
+            if status == ESCAPED:
                 low = tried + 1
             else:
                 high = tried
             alive = _search(
                 fan, low, high, weight, batch, azimuth, grid,
-                facet, rings, found, light, tallies, rng, then, alive,
+                facet, rings, blocked_counts, light, tallies, rng, next_rays, alive,
             )  # fmt: skip
             continue
-        if fate == OUT:
+        if status == ESCAPED:
             arrive(
                 tallies, dx, dy, dz, weight, order, body, batch,
                 azimuth, ring_cosines, body_edges,
@@ -152,15 +152,29 @@ def take_events(
                     azimuth, ring_cosines, body_edges,
                 )  # fmt: skip
             else:
-                put(
-                    then, alive, px, py, pz, ox, oy, oz,
+                push_ray(
+                    next_rays, alive, px, py, pz, ox, oy, oz,
                     mirror_weight, order + 1, body, wraps, batch,
                 )  # fmt: skip
                 alive += 1
         if scattered:
             ox, oy, oz = _body_direction(mx, my, mz, facet, bound, rng)
             if order > 0:
-                put(then, alive, px, py, pz, ox, oy, oz, weight, order + 1, body + 1, wraps, batch)
+                push_ray(
+                    next_rays,
+                    alive,
+                    px,
+                    py,
+                    pz,
+                    ox,
+                    oy,
+                    oz,
+                    weight,
+                    order + 1,
+                    body + 1,
+                    wraps,
+                    batch,
+                )
                 alive += 1
                 continue
             across = max(np.hypot(ox, oy), 1e-300)
@@ -174,7 +188,7 @@ def take_events(
             low = high if pz >= top else 0  # nothing is above the highest point
             alive = _search(
                 fan, low, high, through * weight, batch, azimuth, grid,
-                facet, rings, found, light, tallies, rng, then, alive,
+                facet, rings, blocked_counts, light, tallies, rng, next_rays, alive,
             )  # fmt: skip
     return alive, unmet, grazes, leaks
 
@@ -190,25 +204,29 @@ def _search(
     grid,
     facet,
     rings,
-    found,
+    blocked_counts,
     light,
     tallies,
     rng,
-    then,
+    next_rays,
     alive,
 ):
     """Send a fan's next ray, or count what it sees and send what is blocked on its way."""
     if low < high:
-        ring = next_probe(fan, low, high, found, grid)
-        probe(then, alive, fan, ring, weight, batch, rings)
-        then.state[alive, 4], then.state[alive, 5], then.state[alive, 6] = low, high, ring
+        ring = next_probe(fan, low, high, blocked_counts, grid)
+        probe(next_rays, alive, fan, ring, weight, batch, rings)
+        next_rays.state[alive, 4], next_rays.state[alive, 5], next_rays.state[alive, 6] = (
+            low,
+            high,
+            ring,
+        )
         return alive + 1
-    found[like(fan, grid), low] += 1
+    blocked_counts[like(fan, grid), low] += 1
     ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, tallies, rng.random())
     if ring < 0:
         return alive
     if not facet.multiple_scattering:
         tallies.ended[LEFT_OUT] += weight
         return alive
-    probe(then, alive, fan, ring, weight, batch, rings)
+    probe(next_rays, alive, fan, ring, weight, batch, rings)
     return alive + 1

@@ -19,7 +19,7 @@ ENDS = ("absorbed", "left out", *LOST)
 ABSORBED, LEFT_OUT, BELOW, BEHIND, WRAPPED = range(len(ENDS))
 
 
-class Wave(NamedTuple):
+class RayBatch(NamedTuple):
     """Rays under way.
 
     State: facet events, body events, times round the period, batch; and of a fan's ray
@@ -28,16 +28,16 @@ class Wave(NamedTuple):
     """
 
     origins: NDArray[np.float32]
-    rays: NDArray[np.float32]
+    embree_directions: NDArray[np.float32]
     directions: NDArray[np.float64]
     weight: NDArray[np.float64]
     state: NDArray[np.int64]
     fan: NDArray[np.float64]
 
 
-def empty_wave(size: int) -> Wave:
+def empty_ray_batch(size: int) -> RayBatch:
     """Room for ``size`` rays."""
-    return Wave(
+    return RayBatch(
         np.zeros((size, 3), np.float32),
         np.zeros((size, 3), np.float32),
         np.zeros((size, 3)),
@@ -47,7 +47,7 @@ def empty_wave(size: int) -> Wave:
     )
 
 
-class Detector(NamedTuple):
+class Tallies(NamedTuple):
     """What has ended, in units of the power of one light ray.
 
     Attributes
@@ -72,10 +72,10 @@ class Detector(NamedTuple):
     lost: NDArray[np.int64]
 
 
-def empty_tallies() -> Detector:
+def empty_tallies() -> Tallies:
     """Nothing seen yet."""
     events, orders = len(detector.BODY_EVENTS), len(detector.ORDERS)
-    return Detector(
+    return Tallies(
         np.zeros((events, orders, detector.SECTORS, detector.RINGS)),
         np.zeros((len(detector.KINDS), detector.SECTORS, detector.RINGS)),
         np.zeros((BATCHES, orders, events)),

@@ -9,7 +9,7 @@ from scipy import integrate, stats
 from microsurf.physics import fresnel
 from microsurf.results import detector
 from microsurf.trace import wavefront
-from microsurf.trace.beam import direction
+from microsurf.trace.beam import light_direction
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import from_heights
 from microsurf.trace.kernels import fans
@@ -111,7 +111,7 @@ def summed_up(heights, theta, phi, n, *, shadowed=True, count=960, fine=8):
         limit = horizons[1 if across > 0 else -1] * np.abs(across)
         return 1 / np.tan(theta) > limit
 
-    incident = direction(theta, phi)
+    incident = light_direction(theta, phi)
     mu = np.maximum(normal @ incident, 0)
     lit = mu * fresnel.transmittance(mu, n) * visible(np.radians(theta), np.radians(phi))
     lit *= steep / np.cos(np.radians(theta)) / count
@@ -123,7 +123,7 @@ def summed_up(heights, theta, phi, n, *, shadowed=True, count=960, fine=8):
         turn = np.radians(detector.SECTOR_EDGES[sector] + 10 * (np.arange(fine) + 0.5) / fine + phi)
         for t in turn:
             for o in theta_o:
-                mu = np.maximum(normal @ direction(np.degrees(o), np.degrees(t)), 0)
+                mu = np.maximum(normal @ light_direction(np.degrees(o), np.degrees(t)), 0)
                 lobe = mu * fresnel.transmittance(mu, n) / whole * visible(o, t)
                 light[ring, sector] += (lit @ lobe) * np.sin(o)
         light[ring, sector] *= (high - low) / fine * np.radians(10) / fine
@@ -138,7 +138,7 @@ def test_lobes_are_those_summed_up_over_a_profile(judge):
     heights = profile()
     theta, phi, n = 50.0, 20.0, 1.5
     tile = EmbreeTile(from_heights(np.tile(heights, (4, 1)), np.zeros((4, len(heights)), bool)))
-    facets = wavefront.Facet(n, interface=True, substrate=True, multiple_scattering=True)
+    facets = wavefront.FacetOptics(n, interface=True, substrate=True, multiple_scattering=True)
     tally = wavefront.trace(tile, theta, phi, facets, 150_000, np.random.default_rng(judge.seed(4)))
     seen, variance = tally.energy[0, 1] / tally.light, tally.squares[1] / tally.light**2
     for shadowed in (True, False):
