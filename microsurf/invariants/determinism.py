@@ -84,7 +84,7 @@ def threads(seed: int) -> Iterator[Invariant]:
         "the same seed gives the same bits of a measurement with 1, 2, 3 threads and 2 processes",
         max(figures.values()),
         0.0,
-        f"numbers that differ, of {size}; every work item of work has its own random numbers",
+        f"numbers that differ, of {size}; every work item has its own random numbers",
         figures,
         detail,
     )

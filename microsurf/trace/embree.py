@@ -5,7 +5,7 @@ rays must be float32, one direction for each origin, finite, and not zero.
 """
 
 import sys
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,7 @@ from .grid import Grid, triangles
 Rays = NDArray[np.float32]
 
 
-@dataclass(frozen=True)
-class Hits:
+class Hits(NamedTuple):
     """First triangle met by each ray, each array of shape (rays,).
 
     Its number, −1 for none, and the weights u, v of its second and third vertex.

@@ -13,7 +13,7 @@ from .kernels.exact_fan import nodes_of
 from .kernels.exact_path import trace_light
 from .kernels.fans import FAN, all_rings
 from .kernels.splitmix import stream
-from .kernels.state import BATCHES, empty_tallies
+from .kernels.state import BATCHES, Bins, empty_tallies
 from .wavefront import FacetOptics, Tally, tally_of
 
 FINE = 1024.0
@@ -134,8 +134,11 @@ def trace(
     rays = trace_light(
         tile, starts, *-light_direction(theta, phi), POOL, facet,
         transmittance_bound(facet.n) if facet.substrate else 1.0,
-        phi if azimuth is None else azimuth, np.cos(np.radians(detector.RING_EDGES[1:])),
-        detector.BODY_EDGES, rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies,
+        Bins(
+            phi if azimuth is None else azimuth,
+            np.cos(np.radians(detector.RING_EDGES[1:])),
+            detector.BODY_EDGES,
+        ), rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies,
         stream(rng),
     )  # fmt: skip
     batch = np.arange(light) // POOL % BATCHES

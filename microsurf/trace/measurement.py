@@ -108,12 +108,12 @@ def measure(
         smoothing=0,  # the share is of all the work: its mean rate tells the time left
         bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]",
     )
-    crew = executor or ThreadPoolExecutor(workers)
+    pool = executor or ThreadPoolExecutor(workers)
     spans: list[tuple[float, float]] = []
     try:
         work_items.compiled(engine_of(scene))
         with bar:
-            for done in _work(crew, scheduler, store, 2 * workers):
+            for done in _work(pool, scheduler, store, 2 * workers):
                 now = time.perf_counter()
                 spans += [(now - tally.seconds[0], now) for tally in done]
                 # Estimates change their mind; the bar never goes back.
@@ -127,7 +127,7 @@ def measure(
         if store is not None:
             store.close()
         if executor is None:
-            crew.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(wait=False, cancel_futures=True)
         work_items.forget()
     measured = scheduler.to_dataset()
     seconds, inside = np.sum([tally.seconds for tally in scheduler.tallies()], axis=0)

@@ -16,7 +16,7 @@ from .beam import light_direction, ray_origins
 from .grid import MARGIN, Grid
 from .kernels.empty_space import OFFSET, launch
 from .kernels.first_hits import record_first_hits
-from .kernels.state import BATCHES, empty_ray_batch
+from .kernels.state import BATCHES, Frame, empty_ray_batch
 from .wavefront import BATCH_SIZE, Tile
 
 Array = NDArray[np.float64]
@@ -144,7 +144,7 @@ def _first_hits(
 ) -> tuple[NDArray[np.int32], NDArray[np.bool_], int]:
     """Triangle each ray meets first, −1 if lost; whether its mirror image goes free; the lost."""
     grid = tile.grid
-    frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
+    frame = Frame(grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach)
     points = ray_origins(rays, grid, rng, 0, 1)
     dx, dy, dz = -light_direction(theta, phi)
     hit, free = np.full(rays, -1, np.int32), np.zeros(rays, np.bool_)
@@ -155,14 +155,14 @@ def _first_hits(
         if fresh:
             # A batch for each ray: its number.
             launch(
-                active, points, started, started + fresh, dx, dy, dz, rays, ray_batch, grid, *frame
+                active, points, started, started + fresh, dx, dy, dz, rays, ray_batch, grid, frame
             )
             active, started = active + fresh, started + fresh
         if not active:
             return hit, free, lost
         hits = tile.intersect(ray_batch.origins[:active], ray_batch.embree_directions[:active])
         active, more = record_first_hits(
-            active, ray_batch, next_batch, hits.triangle, hits.u, hits.v, grid, *frame, hit, free
+            active, ray_batch, next_batch, hits, grid, frame, hit, free
         )
         ray_batch, next_batch = next_batch, ray_batch
         lost += more

@@ -18,7 +18,16 @@ from .grid import Grid
 from .kernels.empty_space import OFFSET, launch
 from .kernels.fans import FAN, LIKE, all_rings
 from .kernels.scatter import scatter_batch
-from .kernels.state import BATCHES, Tallies, empty_ray_batch, empty_tallies
+from .kernels.state import (
+    BATCHES,
+    Bins,
+    FanWork,
+    Frame,
+    Scattering,
+    Tallies,
+    empty_ray_batch,
+    empty_tallies,
+)
 
 BATCH_SIZE = 16_384  # rays between two calls: fewer lose to Python, many more to the caches
 
@@ -167,16 +176,17 @@ def trace(
     begin = time.perf_counter()
     inside = 0.0
     grid = tile.grid
-    frame = grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach
+    frame = Frame(grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach)
     azimuth = phi if azimuth is None else azimuth
     light = -(-paths // facet.branches)
     points = ray_origins(light, grid, rng, part, parts)
     dx, dy, dz = -light_direction(theta, phi)
-    ring_cosines = np.cos(np.radians(detector.RING_EDGES[1:]))
+    bins = Bins(azimuth, np.cos(np.radians(detector.RING_EDGES[1:])), detector.BODY_EDGES)
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
+    scattering = Scattering(facet, facet.branches, bound)
     tallies, rings = empty_tallies(), all_rings(facet.n if facet.interface else 1.0)
     blocked_counts = np.ones((LIKE, detector.RINGS + 1), np.int64)
-    light_of_rings, fan = np.zeros(len(rings.edges) - 1), np.zeros(FAN)
+    fans = FanWork(rings, blocked_counts, np.zeros(len(rings.edges) - 1), np.zeros(FAN))
     # Every light ray needs room for all it is split into.
     ray_batch, next_batch = (empty_ray_batch(max(BATCH_SIZE, facet.branches)) for _ in range(2))
     active = unmet = started = traced = grazes = leaks = 0
@@ -195,7 +205,7 @@ def trace(
                 BATCHES,
                 ray_batch,
                 grid,
-                *frame,
+                frame,
             )
             active, unmet, started = active + fresh, unmet + fresh, started + fresh
         if not active:
@@ -205,10 +215,8 @@ def trace(
         inside += time.perf_counter() - called
         traced += active
         active, unmet, grazed, leaked = scatter_batch(
-            active, ray_batch, next_batch, hits.triangle, hits.u, hits.v, grid, *frame,
-            facet, facet.branches, bound, azimuth, ring_cosines, detector.BODY_EDGES,
-            rings, blocked_counts, light_of_rings, fan, tallies, rng,
-        )  # fmt: skip
+            active, ray_batch, next_batch, hits, grid, frame, scattering, bins, fans, tallies, rng
+        )
         ray_batch, next_batch = next_batch, ray_batch
         grazes, leaks = grazes + grazed, leaks + leaked
     return tally_of(

@@ -12,7 +12,7 @@ from microsurf.trace.beam import light_direction, stratified_points
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights
 from microsurf.trace.kernels import empty_space, fans
-from microsurf.trace.kernels.state import ENDS, empty_ray_batch
+from microsurf.trace.kernels.state import ENDS, Frame, empty_ray_batch
 from microsurf.trace.plane import Plane
 
 IL = wavefront.FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
@@ -254,7 +254,7 @@ def test_skipping_empty_space_changes_nothing():
             ray_batch = empty_ray_batch(count)
             empty_space.launch(
                 0, start, 0, count, *incident, 1, ray_batch,
-                grid._replace(tops=tops), grid.x0, grid.y0, grid.top + 1e-3, grid.reach,
+                grid._replace(tops=tops), Frame(grid.x0, grid.y0, grid.top + 1e-3, grid.reach),
             )  # fmt: skip
             found.append(first_facet(surface, ray_batch.origins, incident))
         assert (found[0] == found[1]).mean() > 0.999  # float32 moves a ray near an edge

@@ -212,7 +212,7 @@ class Offset:
 
     def lost(self, seed: int) -> float:
         """No path is lost or goes on for ever, and no ray is sent again."""
-        with patch.object(wavefront, "take_events", self._counted):
+        with patch.object(wavefront, "scatter_batch", self._counted):
             try:
                 tallies = [self._run(self._embree, seed, call) for call in range(self.CALLS)]
             except EndlessPathError:
@@ -223,7 +223,7 @@ class Offset:
         """The same light in the same bins as with float64, all but one call of 30."""
         differ = 0
         for call in range(self.CALLS):
-            with patch.object(wavefront, "take_events", self._counted):
+            with patch.object(wavefront, "scatter_batch", self._counted):
                 seen = self._run(self._embree, seed, call)
             exact = self._run(self._exact, seed, call)
             events_ = min(seen.energy.shape[1], exact.energy.shape[1])

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...jit import compiled, inlined
 from ..grid import LEVEL_STEP, MARGIN
+from .state import BATCH, BODY, FAN_RING, ORDER, RETRIES, WRAPS
 
 MOST_WRAPS = 100_000
 OFFSET = 4 * 2.0**-23  # of the coordinates' reach: from a facet, or above everything
@@ -78,7 +79,7 @@ def advance(px, py, pz, dx, dy, dz, tops, levels, left, front, columns, rows, to
 
 
 @compiled
-def launch(first, ray_origins, begin, end, dx, dy, dz, batches, rays, grid, x0, y0, top, reach):
+def launch(first, ray_origins, begin, end, dx, dy, dz, batches, rays, grid, frame):
     """Put light rays into the batch from ``first`` on, brought near the surface.
 
     They are those from ``begin`` to ``end`` of ``ray_origins``, points in the plane above
@@ -86,8 +87,8 @@ def launch(first, ray_origins, begin, end, dx, dy, dz, batches, rays, grid, x0, 
     """
     for k in range(begin, end):
         _, px, py, pz, wraps = advance(
-            ray_origins[k, 0], ray_origins[k, 1], top, dx, dy, dz, grid.tops, grid.levels,
-            x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
+            ray_origins[k, 0], ray_origins[k, 1], frame.top, dx, dy, dz, grid.tops, grid.levels,
+            frame.x0 + MARGIN, frame.y0 + MARGIN, grid.columns, grid.rows, frame.top, frame.reach,
         )  # fmt: skip
         push_ray(rays, first + k - begin, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, k % batches)
 
@@ -103,6 +104,6 @@ def push_ray(rays, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
     )
     rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2] = dx, dy, dz
     rays.weight[r] = weight
-    rays.state[r, 0], rays.state[r, 1] = order, body
-    rays.state[r, 2], rays.state[r, 3] = wraps, batch
-    rays.state[r, 6], rays.state[r, 7] = -1, 0
+    rays.state[r, ORDER], rays.state[r, BODY] = order, body
+    rays.state[r, WRAPS], rays.state[r, BATCH] = wraps, batch
+    rays.state[r, FAN_RING], rays.state[r, RETRIES] = -1, 0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...jit import inlined
 from .exact_walk import LEAST
-from .fans import Rings, elevation, shares
+from .fans import LAST_THETA, NORMAL_T, NORMAL_Z, Rings, elevation, shares
 
 _LEVEL = 1e-7  # least slope of a fan's ray: a level one would never end
 
@@ -109,7 +109,9 @@ def deposit(fan, first, weight, batch, sector, rings, nodes, light, into, tallie
 
     As `fans.unfold`: ``chance`` in [0, 1) draws the ring, which is −1 if nothing is blocked.
     """
-    count, total = ring_shares(fan[5], fan[6], fan[8], rings, nodes, light, into)
+    count, total = ring_shares(
+        fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], rings, nodes, light, into
+    )
     scale = weight / total
     first = min(first, count)
     seen = 0.0

@@ -17,7 +17,20 @@ from ...results import detector
 from .exact_fan import deposit
 from .exact_horizon import FOOTPRINT, first_blocked, free_flight
 from .exact_walk import sideways, walk
-from .fans import elevation, sector_of, transmittance
+from .fans import (
+    COS_PHI,
+    LAST_THETA,
+    NORMAL_T,
+    NORMAL_Z,
+    RANDOM,
+    SIN_PHI,
+    START_X,
+    START_Y,
+    START_Z,
+    elevation,
+    sector_of,
+    transmittance,
+)
 from .scatter import arrive, mirror
 from .splitmix import uniform
 from .state import ABSORBED, BATCHES, LEFT_OUT
@@ -49,8 +62,8 @@ def body_direction(mx, my, mz, first, second, facet, bound, random):
 
 @compiled
 def trace_light(
-    tile, ray_origins, dx, dy, dz, pool, facet, bound, azimuth, ring_cosines, body_edges,
-    rings, nodes, room, pair, tallies, random,
+    tile, ray_origins, dx, dy, dz, pool, facet, bound, bins, rings, nodes, room, pair,
+    tallies, random,
 ):  # fmt: skip
     """Follow light rays from ``ray_origins``, in the plane of the highest point, to their end.
 
@@ -92,10 +105,7 @@ def trace_light(
             traced += 1
             side, cx, cy, fx, fy, p, q, z = walk(tile, x, y, z, ox, oy, oz, t, cx, cy, side)
             if side < 0:
-                arrive(
-                    tallies, ox, oy, oz, weight, order, 0, batch,
-                    azimuth, ring_cosines, body_edges,
-                )  # fmt: skip
+                arrive(tallies, ox, oy, oz, weight, order, 0, batch, bins)
                 break
             if order > 0 and not facet.multiple_scattering:
                 tallies.ended[LEFT_OUT] += weight
@@ -132,18 +142,18 @@ def trace_light(
             even_x, even_y = (even_x + _R2_X) % 1.0, (even_y + _R2_Y) % 1.0
             ox, oy, oz = body_direction(amx, amy, amz, even_x, even_y, facet, bound, random)
             across = max(np.hypot(ox, oy), 1e-300)
-            fan[0], fan[1], fan[2] = ax, ay, az
-            fan[3], fan[4] = ox / across, oy / across
-            fan[5], fan[6] = amz, amx * fan[3] + amy * fan[4]
-            fan[7] = uniform(random)
-            fan[8] = np.pi / 2 + np.arctan2(fan[6], amz)
-            high = min(np.searchsorted(rings.edges, fan[8]), len(ring_cosines))
+            fan[START_X], fan[START_Y], fan[START_Z] = ax, ay, az
+            fan[COS_PHI], fan[SIN_PHI] = ox / across, oy / across
+            fan[NORMAL_Z], fan[NORMAL_T] = amz, amx * fan[COS_PHI] + amy * fan[SIN_PHI]
+            fan[RANDOM] = uniform(random)
+            fan[LAST_THETA] = np.pi / 2 + np.arctan2(fan[NORMAL_T], amz)
+            high = min(np.searchsorted(rings.edges, fan[LAST_THETA]), len(bins.ring_cosines))
             first = first_blocked(
-                tile, ax, ay, az, acx, acy, aside, fan[3], fan[4],
-                fan[5], fan[6], fan[8], fan[7], high, rings, nodes,
+                tile, ax, ay, az, acx, acy, aside, fan[COS_PHI], fan[SIN_PHI],
+                fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], fan[RANDOM], high, rings, nodes,
             )  # fmt: skip
             chosen, blocked = deposit(
-                fan, first, entered, batch, sector_of(fan[3], fan[4], azimuth),
+                fan, first, entered, batch, sector_of(fan[COS_PHI], fan[SIN_PHI], bins.azimuth),
                 rings, nodes, light, into_rings, tallies, uniform(random),
             )  # fmt: skip
             entered = 0.0
@@ -160,8 +170,10 @@ def trace_light(
         body = 1
         if chosen >= 0:
             x, y, z, cx, cy, side, order = ax, ay, az, acx, acy, aside, 1
-            theta = elevation(chosen, fan[5], fan[6], fan[8], fan[7], rings)
-            ox, oy, oz = np.sin(theta) * fan[3], np.sin(theta) * fan[4], np.cos(theta)
+            theta = elevation(
+                chosen, fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], fan[RANDOM], rings
+            )
+            ox, oy, oz = np.sin(theta) * fan[COS_PHI], np.sin(theta) * fan[SIN_PHI], np.cos(theta)
         else:
             x, y, z, cx, cy, side, order = bx, by, bz, bcx, bcy, bside, border
             ox, oy, oz = body_direction(
@@ -172,10 +184,7 @@ def trace_light(
             ox, oy = sideways(ox), sideways(oy)
             side, cx, cy, fx, fy, p, q, z = walk(tile, x, y, z, ox, oy, oz, 0.0, cx, cy, side)
             if side < 0:
-                arrive(
-                    tallies, ox, oy, oz, weight, order, body, batch,
-                    azimuth, ring_cosines, body_edges,
-                )  # fmt: skip
+                arrive(tallies, ox, oy, oz, weight, order, body, batch, bins)
                 break
             order += 1
             x, y = cx + fx, cy + fy

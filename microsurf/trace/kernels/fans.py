@@ -25,6 +25,7 @@ from ...results import detector
 from .empty_space import push_ray
 
 FAN = 9
+START_X, START_Y, START_Z, COS_PHI, SIN_PHI, NORMAL_Z, NORMAL_T, RANDOM, LAST_THETA = range(FAN)
 """Numbers of a fan: its start x, y, z; cos φ, sin φ; m_z, m_t; the random number of its θ;
 and the θ up to which the facet looks, 90° + arctan(m_t / m_z)."""
 _GAUSS = 0.5 - 0.5 / np.sqrt(3)
@@ -161,19 +162,19 @@ def next_probe(fan, low, high, blocked_counts, grid):
 @inlined
 def like(fan, grid):
     """Class of fans that see alike: those of similar height and tilt along their azimuth."""
-    level = int((fan[2] - grid.bottom) / (grid.top - grid.bottom + 1e-300) * _LEVELS)
-    tilt = int(fan[8] / np.pi * _TILTS)
+    level = int((fan[START_Z] - grid.bottom) / (grid.top - grid.bottom + 1e-300) * _LEVELS)
+    tilt = int(fan[LAST_THETA] / np.pi * _TILTS)
     return min(max(level, 0), _LEVELS - 1) * _TILTS + min(max(tilt, 0), _TILTS - 1)
 
 
 @inlined
 def probe(next_rays, alive, fan, ring, weight, batch, rings):
     """Send a ray along a fan's direction in one ring, from its start."""
-    theta = elevation(ring, fan[5], fan[6], fan[8], fan[7], rings)
+    theta = elevation(ring, fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], fan[RANDOM], rings)
     sine, cosine = np.sin(theta), np.cos(theta)
     push_ray(
-        next_rays, alive, fan[0], fan[1], fan[2],
-        sine * fan[3], sine * fan[4], cosine, weight, 1, 1, 0, batch,
+        next_rays, alive, fan[START_X], fan[START_Y], fan[START_Z],
+        sine * fan[COS_PHI], sine * fan[SIN_PHI], cosine, weight, 1, 1, 0, batch,
     )  # fmt: skip
     for j in range(FAN):
         next_rays.fan[alive, j] = fan[j]
@@ -192,8 +193,8 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, random_num
 
     Light is ``weight``; ``random_number`` in [0, 1) draws the ring, −1 if nothing is blocked.
     """
-    count, total = shares(fan[5], fan[6], fan[8], rings, light)
-    sector = sector_of(fan[3], fan[4], azimuth)
+    count, total = shares(fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], rings, light)
+    sector = sector_of(fan[COS_PHI], fan[SIN_PHI], azimuth)
     seen = 0.0
     for ring in range(min(first, count)):
         part = light[ring] * (weight / total)

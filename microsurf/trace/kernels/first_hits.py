@@ -3,10 +3,11 @@
 from ...jit import compiled
 from .empty_space import push_ray
 from .intersection import CONTINUES, ESCAPED, classify_ray
+from .state import BATCH, ORDER, RETRIES
 
 
 @compiled
-def record_first_hits(active, rays, next_rays, triangle, u, v, grid, x0, y0, top, reach, hit, free):
+def record_first_hits(active, rays, next_rays, hits, grid, frame, hit, free):
     """Record what each ray met, push what goes on to ``next_rays``; how many do, how many are lost.
 
     Of a ray's state, order 0 is light and 1 what was mirrored; the batch is its number.
@@ -14,22 +15,22 @@ def record_first_hits(active, rays, next_rays, triangle, u, v, grid, x0, y0, top
     alive = lost = 0
     for r in range(active):
         dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
-        order, number = rays.state[r, 0], rays.state[r, 3]
+        order, number = rays.state[r, ORDER], rays.state[r, BATCH]
         status, _, again, mx, my, mz, mu, px, py, pz, wraps = classify_ray(
-            r, rays, triangle[r], u[r], v[r], grid, x0, y0, top, reach, order == 0
+            r, rays, hits, grid, frame, order == 0
         )
         if status == CONTINUES:
             push_ray(next_rays, alive, px, py, pz, dx, dy, dz, 1.0, order, 0, wraps, number)
-            next_rays.state[alive, 7] = again
+            next_rays.state[alive, RETRIES] = again
             alive += 1
         elif status >= 0:
             lost += 1
         elif status == ESCAPED:
             free[number] = order == 1
         elif order == 0:
-            hit[number] = triangle[r]
+            hit[number] = hits.triangle[r]
             ox, oy, oz = dx + 2 * mu * mx, dy + 2 * mu * my, dz + 2 * mu * mz
-            if oz > 0 and pz >= top:
+            if oz > 0 and pz >= frame.top:
                 free[number] = True
             elif oz > 0:
                 push_ray(next_rays, alive, px, py, pz, ox, oy, oz, 1.0, 1, 0, wraps, number)

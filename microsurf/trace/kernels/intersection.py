@@ -11,7 +11,7 @@ import numpy as np
 from ...jit import inlined
 from ..grid import MARGIN
 from .empty_space import MOST_WRAPS, OFFSET, advance
-from .state import BEHIND, BELOW, WRAPPED
+from .state import BEHIND, BELOW, ORDER, RETRIES, WRAPPED, WRAPS
 
 ON_FACET, ESCAPED, CONTINUES = -1, -2, -3
 """Statuses of a ray beside those of `rays.ENDS`: on a facet, out above, to go on as it was."""
@@ -22,22 +22,20 @@ _AGAIN = 3  # times a ray that fell through an edge is sent again, from a little
 
 
 @inlined
-def classify_ray(r, rays, triangle, u, v, grid, x0, y0, top, reach, goes_on):
+def classify_ray(r, rays, hits, grid, frame, goes_on):
     """Where the r-th ray is after a call of Embree.
 
     Returns its status (`rays.ENDS` by index if it is lost, else MET, OUT or ON), whether it
     grazed a ridge, how often it was sent again; the facet's normal and the cosine to it;
     where it starts next, times round the period. See `reconstruct_hit` for ``goes_on``.
     """
-    again, wraps = rays.state[r, 7], rays.state[r, 2]
+    again, wraps = rays.state[r, RETRIES], rays.state[r, WRAPS]
     grazed = False
     mx = my = mz = mu = 0.0
-    if triangle < 0:
-        status, px, py, pz, wraps = _onward(r, rays, grid, x0, y0, top, reach)
+    if hits.triangle[r] < 0:
+        status, px, py, pz, wraps = _onward(r, rays, grid, frame)
     else:
-        mx, my, mz, mu, grazed, px, py, pz = reconstruct_hit(
-            r, rays, triangle, u, v, grid, x0, y0, reach, goes_on
-        )
+        mx, my, mz, mu, grazed, px, py, pz = reconstruct_hit(r, rays, hits, grid, frame, goes_on)
         status = ON_FACET
         if grazed:
             status = CONTINUES
@@ -47,11 +45,11 @@ def classify_ray(r, rays, triangle, u, v, grid, x0, y0, top, reach, goes_on):
         # Embree lets a ray through an edge, once in 1e9: from a little above it does not.
         # Above a heightfield nothing is in the way; light from the zenith steps aside.
         again += 1
-        lift = again * 2.0**-20 * reach
-        aside = lift if rays.state[r, 0] == 0 else 0.0
+        lift = again * 2.0**-20 * frame.reach
+        aside = lift if rays.state[r, ORDER] == 0 else 0.0
         px, py = rays.origins[r, 0] + aside, rays.origins[r, 1] + 0.7 * aside
         pz = rays.origins[r, 2] + lift
-        wraps = rays.state[r, 2]
+        wraps = rays.state[r, WRAPS]
         status = CONTINUES
     return status, grazed, again, mx, my, mz, mu, px, py, pz, wraps
 
@@ -76,7 +74,7 @@ def _edge(x, y, z):
 
 
 @inlined
-def _onward(r, rays, grid, x0, y0, top, reach):
+def _onward(r, rays, grid, frame):
     """A ray that met no triangle: out above, lost, or round the period.
 
     Returns its status, where it is now, times round the period.
@@ -84,22 +82,22 @@ def _onward(r, rays, grid, x0, y0, top, reach):
     dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
     px, py = float(rays.origins[r, 0]), float(rays.origins[r, 1])
     pz = float(rays.origins[r, 2])
-    wraps = rays.state[r, 2]
+    wraps = rays.state[r, WRAPS]
     tx = ty = np.inf
     if dx != 0:
-        tx = (x0 + grid.flipped.shape[1] - px) / dx if dx > 0 else (x0 - px) / dx
+        tx = (frame.x0 + grid.flipped.shape[1] - px) / dx if dx > 0 else (frame.x0 - px) / dx
     if dy != 0:
-        ty = (y0 + grid.flipped.shape[0] - py) / dy if dy > 0 else (y0 - py) / dy
+        ty = (frame.y0 + grid.flipped.shape[0] - py) / dy if dy > 0 else (frame.y0 - py) / dy
     t = min(tx, ty)
     z = pz + t * dz if t < np.inf else np.copysign(np.inf, dz)
-    if dz > 0 and z >= top:
+    if dz > 0 and z >= frame.top:
         return ESCAPED, px, py, pz, wraps
     if dz <= 0 and z < grid.bottom:
         return BELOW, px, py, pz, wraps
     if wraps >= MOST_WRAPS:
         return WRAPPED, px, py, pz, wraps
     # A little back, so that rounding leaves no gap between the two parts.
-    t = max(0.0, t - (2.0**-19 * reach + 2.0**-20 * t))
+    t = max(0.0, t - (2.0**-19 * frame.reach + 2.0**-20 * t))
     px, py, pz = px + t * dx, py + t * dy, pz + t * dz
     if tx <= ty:
         px -= np.copysign(float(grid.columns), dx)
@@ -107,7 +105,7 @@ def _onward(r, rays, grid, x0, y0, top, reach):
         py -= np.copysign(float(grid.rows), dy)
     ahead, px, py, pz, more = advance(
         px, py, pz, dx, dy, dz, grid.tops, grid.levels,
-        x0 + MARGIN, y0 + MARGIN, grid.columns, grid.rows, top, reach,
+        frame.x0 + MARGIN, frame.y0 + MARGIN, grid.columns, grid.rows, frame.top, frame.reach,
     )  # fmt: skip
     wraps += 1 + more
     if ahead == 1:
@@ -116,12 +114,13 @@ def _onward(r, rays, grid, x0, y0, top, reach):
 
 
 @inlined
-def reconstruct_hit(r, rays, triangle, u, v, grid, x0, y0, reach, goes_on):
+def reconstruct_hit(r, rays, hits, grid, frame, goes_on):
     """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start.
 
     The start is only found for a ray that ``goes_on`` from here, or grazed.
     """
     width = grid.flipped.shape[1]
+    triangle = hits.triangle[r]
     cell, side = triangle // 2, triangle % 2
     cell_y, cell_x = cell // width, cell % width
     ax, ay, az, bx, by, bz, ex, ey, ez, p, q = _corners(
@@ -130,14 +129,14 @@ def reconstruct_hit(r, rays, triangle, u, v, grid, x0, y0, reach, goes_on):
     length = np.sqrt(1 + p * p + q * q)
     mx, my, mz = -p / length, -q / length, 1 / length
     mu = -(rays.directions[r, 0] * mx + rays.directions[r, 1] * my + rays.directions[r, 2] * mz)
-    wb, we = float(u), float(v)
+    wb, we = float(hits.u[r]), float(hits.v[r])
     wa = 1 - wb - we
     grazed = False
     if mu < -_BACK:
         # The far side of a ridge, met where the ray passes its edge: distances in the
         # plane across the ray are heights of the triangle times |μ|.
         ox, oy, oz = rays.origins[r, 0], rays.origins[r, 1], rays.origins[r, 2]
-        cx, cy = cell_x + x0, cell_y + y0
+        cx, cy = cell_x + frame.x0, cell_y + frame.y0
         far = 2 + np.sqrt((cx - ox) ** 2 + (cy - oy) ** 2 + (az - oz) ** 2)
         far *= _PASSES / (length * -mu)
         grazed = (
@@ -148,13 +147,13 @@ def reconstruct_hit(r, rays, triangle, u, v, grid, x0, y0, reach, goes_on):
     px = py = pz = 0.0
     if goes_on or grazed:
         # See the module's text.
-        step = OFFSET * reach * (abs(mx) + abs(my) + abs(mz))
-        inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * reach)
+        step = OFFSET * frame.reach * (abs(mx) + abs(my) + abs(mz))
+        inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * frame.reach)
         wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
         total = wa + wb + we
         wa, wb, we = wa / total, wb / total, we / total
-        px = (cell_x - MARGIN) % grid.columns + MARGIN + x0
-        py = (cell_y - MARGIN) % grid.rows + MARGIN + y0
+        px = (cell_x - MARGIN) % grid.columns + MARGIN + frame.x0
+        py = (cell_y - MARGIN) % grid.rows + MARGIN + frame.y0
         px += wa * ax + wb * bx + we * ex + step * mx
         py += wa * ay + wb * by + we * ey + step * my
         pz = wa * az + wb * bz + we * ez + step * mz

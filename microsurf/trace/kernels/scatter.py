@@ -11,9 +11,26 @@ import numpy as np
 from ...jit import compiled, inlined
 from ...results import detector
 from .empty_space import push_ray
-from .fans import FAN, like, next_probe, probe, sector_of, transmittance, unfold
+from .fans import (
+    COS_PHI,
+    FAN,
+    LAST_THETA,
+    NORMAL_T,
+    NORMAL_Z,
+    RANDOM,
+    SIN_PHI,
+    START_X,
+    START_Y,
+    START_Z,
+    like,
+    next_probe,
+    probe,
+    sector_of,
+    transmittance,
+    unfold,
+)
 from .intersection import CONTINUES, ESCAPED, ON_FACET, classify_ray
-from .state import ABSORBED, LEFT_OUT
+from .state import ABSORBED, BATCH, BODY, FAN_RING, HIGH_RING, LEFT_OUT, LOW_RING, ORDER, RETRIES
 
 
 @compiled
@@ -47,19 +64,19 @@ def mirror(dx, dy, dz, mx, my, mz, mu):
 
 
 @inlined
-def arrive(tallies, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosines, body_edges):
-    """Count what reaches the detector; ``azimuth`` is that of incidence in degrees."""
+def arrive(tallies, dx, dy, dz, weight, order, body, batch, bins):
+    """Count what reaches the detector."""
     row = min(order, 4) - 1
     if body > detector.BODY_EXACT:
-        body = np.searchsorted(body_edges, body, "right") - 1
-    ring, last = 0, len(ring_cosines) - 1
+        body = np.searchsorted(bins.body_edges, body, "right") - 1
+    ring, last = 0, len(bins.ring_cosines) - 1
     while ring < last:
         middle = (ring + last) // 2
-        if dz <= ring_cosines[middle]:
+        if dz <= bins.ring_cosines[middle]:
             ring = middle + 1
         else:
             last = middle
-    sector = sector_of(dx, dy, azimuth)
+    sector = sector_of(dx, dy, bins.azimuth)
     tallies.energy[body, row, sector, ring] += weight
     tallies.batches[batch, row, body] += weight
     if order == 1:
@@ -67,65 +84,56 @@ def arrive(tallies, dx, dy, dz, weight, order, body, batch, azimuth, ring_cosine
 
 
 @compiled
-def scatter_batch(
-    active, rays, next_rays, triangle, u, v, grid, x0, y0, top, reach,
-    facet, branches, bound, azimuth, ring_cosines, body_edges,
-    rings, blocked_counts, light, fan, tallies, rng,
-):  # fmt: skip
+def scatter_batch(active, rays, next_rays, hits, grid, frame, scattering, bins, fans, tallies, rng):
     """Scatter each active ray at its facet; what goes on is pushed to ``next_rays``.
 
     A ray that only grazes a ridge, hit from behind at its edge, goes on as it was.
-    ``blocked_counts`` counts where fans had their first blocked ring, to find the next one sooner;
-    ``light`` and ``fan`` are room for the shares and the numbers of one fan.
     Returns the number of rays that go on, of those among them that have met no facet
     yet, of grazes, and of rays that fell through an edge and are sent again.
     """
+    facet, fan = scattering.facet, fans.numbers
     alive = unmet = grazes = leaks = 0
     for r in range(active):
         dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
-        order, body, batch = rays.state[r, 0], rays.state[r, 1], rays.state[r, 3]
-        tried = rays.state[r, 6]  # the ring of a fan's ray, −1 for any other ray
+        order, body, batch = rays.state[r, ORDER], rays.state[r, BODY], rays.state[r, BATCH]
+        tried = rays.state[r, FAN_RING]  # the ring of a fan's ray, −1 for any other ray
         weight = rays.weight[r]
         status, grazed, again, mx, my, mz, mu, px, py, pz, wraps = classify_ray(
-            r, rays, triangle[r], u[r], v[r], grid, x0, y0, top, reach, tried < 0
+            r, rays, hits, grid, frame, tried < 0
         )
         if status == ON_FACET and order >= 1 and tried < 0 and not facet.multiple_scattering:
             status = LEFT_OUT
         if status == CONTINUES:
             push_ray(next_rays, alive, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
-            for j in range(4, 7):
+            for j in range(LOW_RING, FAN_RING + 1):
                 next_rays.state[alive, j] = rays.state[r, j]
-            next_rays.state[alive, 7] = again
+            next_rays.state[alive, RETRIES] = again
             if tried >= 0:
                 for j in range(FAN):
                     next_rays.fan[alive, j] = rays.fan[r, j]
             alive += 1
             unmet += order == 0
             grazes += grazed
-            leaks += again > rays.state[r, 7]
+            leaks += again > rays.state[r, RETRIES]
             continue
         if status >= 0:
             tallies.ended[status] += weight
-            tallies.lost[status] += 1 if order > 0 else branches
+            tallies.lost[status] += 1 if order > 0 else scattering.branches
             continue
         if tried >= 0:
             for j in range(FAN):
                 fan[j] = rays.fan[r, j]
-            low, high = rays.state[r, 4], rays.state[r, 5]
+            low, high = rays.state[r, LOW_RING], rays.state[r, HIGH_RING]
             if status == ESCAPED:
                 low = tried + 1
             else:
                 high = tried
             alive = _search(
-                fan, low, high, weight, batch, azimuth, grid,
-                facet, rings, blocked_counts, light, tallies, rng, next_rays, alive,
-            )  # fmt: skip
+                low, high, weight, batch, grid, facet, bins, fans, tallies, rng, next_rays, alive
+            )
             continue
         if status == ESCAPED:
-            arrive(
-                tallies, dx, dy, dz, weight, order, body, batch,
-                azimuth, ring_cosines, body_edges,
-            )  # fmt: skip
+            arrive(tallies, dx, dy, dz, weight, order, body, batch, bins)
             continue
 
         mu = min(max(mu, 1e-12), 1.0)
@@ -146,11 +154,8 @@ def scatter_batch(
                 tallies.ended[ABSORBED] += weight
         if mirrored:
             ox, oy, oz = mirror(dx, dy, dz, mx, my, mz, mu)
-            if oz > 0 and pz >= top:
-                arrive(
-                    tallies, ox, oy, oz, mirror_weight, order + 1, body, batch,
-                    azimuth, ring_cosines, body_edges,
-                )  # fmt: skip
+            if oz > 0 and pz >= frame.top:
+                arrive(tallies, ox, oy, oz, mirror_weight, order + 1, body, batch, bins)
             else:
                 push_ray(
                     next_rays, alive, px, py, pz, ox, oy, oz,
@@ -158,71 +163,61 @@ def scatter_batch(
                 )  # fmt: skip
                 alive += 1
         if scattered:
-            ox, oy, oz = _body_direction(mx, my, mz, facet, bound, rng)
+            ox, oy, oz = _body_direction(mx, my, mz, facet, scattering.bound, rng)
             if order > 0:
                 push_ray(
-                    next_rays,
-                    alive,
-                    px,
-                    py,
-                    pz,
-                    ox,
-                    oy,
-                    oz,
-                    weight,
-                    order + 1,
-                    body + 1,
-                    wraps,
-                    batch,
-                )
+                    next_rays, alive, px, py, pz, ox, oy, oz,
+                    weight, order + 1, body + 1, wraps, batch,
+                )  # fmt: skip
                 alive += 1
                 continue
             across = max(np.hypot(ox, oy), 1e-300)
-            fan[0], fan[1], fan[2] = px, py, pz
-            fan[3], fan[4] = ox / across, oy / across
-            fan[5], fan[6] = mz, mx * fan[3] + my * fan[4]
-            fan[7] = rng.random()
+            fan[START_X], fan[START_Y], fan[START_Z] = px, py, pz
+            fan[COS_PHI], fan[SIN_PHI] = ox / across, oy / across
+            fan[NORMAL_Z], fan[NORMAL_T] = mz, mx * fan[COS_PHI] + my * fan[SIN_PHI]
+            fan[RANDOM] = rng.random()
             # The fan's rays may be blocked from the first ring, or from none.
-            fan[8] = np.pi / 2 + np.arctan2(fan[6], mz)
-            high = min(np.searchsorted(rings.edges, fan[8]), len(ring_cosines))
-            low = high if pz >= top else 0  # nothing is above the highest point
+            fan[LAST_THETA] = np.pi / 2 + np.arctan2(fan[NORMAL_T], mz)
+            high = min(np.searchsorted(fans.rings.edges, fan[LAST_THETA]), len(bins.ring_cosines))
+            low = high if pz >= frame.top else 0  # nothing is above the highest point
             alive = _search(
-                fan, low, high, through * weight, batch, azimuth, grid,
-                facet, rings, blocked_counts, light, tallies, rng, next_rays, alive,
-            )  # fmt: skip
+                low,
+                high,
+                through * weight,
+                batch,
+                grid,
+                facet,
+                bins,
+                fans,
+                tallies,
+                rng,
+                next_rays,
+                alive,
+            )
     return alive, unmet, grazes, leaks
 
 
 @inlined
-def _search(
-    fan,
-    low,
-    high,
-    weight,
-    batch,
-    azimuth,
-    grid,
-    facet,
-    rings,
-    blocked_counts,
-    light,
-    tallies,
-    rng,
-    next_rays,
-    alive,
-):
+def _search(low, high, weight, batch, grid, facet, bins, fans, tallies, rng, next_rays, alive):
     """Send a fan's next ray, or count what it sees and send what is blocked on its way."""
+    fan, rings, blocked_counts = fans.numbers, fans.rings, fans.blocked_counts
     if low < high:
         ring = next_probe(fan, low, high, blocked_counts, grid)
         probe(next_rays, alive, fan, ring, weight, batch, rings)
-        next_rays.state[alive, 4], next_rays.state[alive, 5], next_rays.state[alive, 6] = (
+        (
+            next_rays.state[alive, LOW_RING],
+            next_rays.state[alive, HIGH_RING],
+            next_rays.state[alive, FAN_RING],
+        ) = (
             low,
             high,
             ring,
         )
         return alive + 1
     blocked_counts[like(fan, grid), low] += 1
-    ring, weight = unfold(fan, low, weight, batch, azimuth, rings, light, tallies, rng.random())
+    ring, weight = unfold(
+        fan, low, weight, batch, bins.azimuth, rings, fans.light, tallies, rng.random()
+    )
     if ring < 0:
         return alive
     if not facet.multiple_scattering:

@@ -1,6 +1,6 @@
 """What compiled code reads and writes: the rays under way, and what the detector has seen."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,28 @@ ENDS = ("absorbed", "left out", *LOST)
 ABSORBED, LEFT_OUT, BELOW, BEHIND, WRAPPED = range(len(ENDS))
 
 
+ORDER, BODY, WRAPS, BATCH, LOW_RING, HIGH_RING, FAN_RING, RETRIES = range(8)
+"""Columns of a ray's state: facet events, body events, times round the period, batch; of a
+fan's ray (see `fans`) the rings between which the first blocked one is, and its own, else −1;
+how often it was lost and sent again."""
+
+
 class RayBatch(NamedTuple):
     """Rays under way.
 
-    State: facet events, body events, times round the period, batch; and of a fan's ray
-    (see `fans`) the rings between which the first blocked one is, and its own, else −1;
-    how often it was lost and sent again.
+    Attributes
+    ----------
+    origins, embree_directions : ndarray of float32, shape (rays, 3)
+        As Embree takes them, in cells.
+    directions : ndarray, shape (rays, 3)
+        Unit vectors along which they travel.
+    weight : ndarray, shape (rays,)
+        Light they carry, in units of one light ray's.
+    state : ndarray of int64, shape (rays, 8)
+        Columns ORDER … RETRIES.
+    fan : ndarray, shape (rays, 9)
+        The numbers of a fan's ray, columns `fans.START_X` and following.
+
     """
 
     origins: NDArray[np.float32]
@@ -45,6 +61,55 @@ def empty_ray_batch(size: int) -> RayBatch:
         np.zeros((size, 8), np.int64),
         np.zeros((size, 9)),
     )
+
+
+class Frame(NamedTuple):
+    """Where the mesh lies: its first vertex, above everything, the scale of rounding; in cells."""
+
+    x0: float
+    y0: float
+    top: float
+    reach: float
+
+
+class Bins(NamedTuple):
+    """The detector's bins as kernels look them up.
+
+    Azimuth of incidence in degrees; cosines of the rings' outer edges, shape (rings,); edges
+    of the numbers of body events.
+    """
+
+    azimuth: float
+    ring_cosines: NDArray[np.float64]
+    body_edges: NDArray[np.int64]
+
+
+class Scattering(NamedTuple):
+    """What facets do to light: their optics, paths a light ray splits into, greatest T."""
+
+    facet: Any
+    branches: int
+    bound: float
+
+
+class FanWork(NamedTuple):
+    """What fans need: see `fans`.
+
+    Attributes
+    ----------
+    rings : Rings
+        From the zenith to the nadir.
+    blocked_counts : ndarray of int64, shape (LIKE, rings + 1)
+        Where fans had their first blocked ring, to find the next one sooner.
+    light, numbers : ndarray, shape (rings,) and (FAN,)
+        Room for the shares and the numbers of one fan.
+
+    """
+
+    rings: Any
+    blocked_counts: NDArray[np.int64]
+    light: NDArray[np.float64]
+    numbers: NDArray[np.float64]
 
 
 class Tallies(NamedTuple):
