@@ -4,7 +4,8 @@ Python raises KeyboardInterrupt between two steps of its own: not in the middle 
 the facets of a large surface, nor while Embree takes a mesh, which lasts many seconds and
 holds the interpreter's lock against all other threads. So machine code receives the
 signal: it passes it on to Python, which has a second to clean up, and then removes
-what is half written and ends the process. Windows has no such alarm; there Python's own way stays.
+what is half written and ends the process; so it does where Python raises in a place that swallows
+exceptions. Windows has no such alarm; there Python's own way stays.
 """
 
 import ctypes
@@ -80,6 +81,7 @@ def arm() -> None:
     _handle(signal.SIGALRM, "loud")
     _handle(signal.SIGINT, "pressed")
     signal.siginterrupt(signal.SIGINT, True)
+    sys.unraisablehook = _unraisable
 
 
 def disarm() -> None:
@@ -87,6 +89,7 @@ def disarm() -> None:
     if _engines and signal.getitimer(signal.ITIMER_REAL)[0] == 0:
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.unraisablehook = sys.__unraisablehook__
 
 
 def end() -> None:
@@ -97,6 +100,12 @@ def end() -> None:
     # process by the signal instead of with 130; what is ignored stays ignored.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.write(2, _TEXT.value)
+
+
+def _unraisable(what: "sys.UnraisableHookArgs") -> None:
+    """Stay silent where a destructor swallows a Ctrl-C: the alarm ends the command."""
+    if what.exc_type is not KeyboardInterrupt:
+        sys.__unraisablehook__(what)
 
 
 def _handle(number: int, name: str) -> None:

@@ -74,6 +74,37 @@ def test_what_holds_the_interpreters_lock_ends_too(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["other.txt"]
 
 
+SWALLOWING = """
+import signal, time
+from microsurf.cli import interrupt
+
+class Swallows:  # as LLVM's objects do, which numba drops all the time
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+class Odd:
+    def __del__(self):
+        raise ValueError("told")
+
+interrupt.arm()
+Odd()
+Swallows()
+time.sleep(100)
+"""
+
+
+def test_a_destructor_that_swallows_it_says_nothing(tmp_path):
+    """Python printed `Exception ignored in …` and a traceback; other exceptions are still told."""
+    begin = time.monotonic()
+    with children.python(children.LISTEN + SWALLOWING, cwd=tmp_path) as process:
+        _, err = process.communicate(timeout=300)
+    assert time.monotonic() - begin < SECONDS + BUSY
+    assert process.returncode == 130
+    assert "ValueError: told" in err
+    assert "KeyboardInterrupt" not in err
+    assert err.endswith("microsurf: interrupted\n")
+
+
 IGNORED = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)
