@@ -114,6 +114,21 @@ def test_one_file_knows_embreex_and_one_knows_numba():
     assert knows["numba"] == ["jit.py"]
 
 
+@pytest.mark.parametrize("path", [*MODULES, *SCRIPTS], ids=module_name)
+def test_one_file_has_the_quantiles_of_student_and_of_the_normal_distribution(path):
+    if module_name(path) == "microsurf.stats.intervals":
+        return
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    used = {ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    assert not used & {"stats.t", "stats.norm", "special.ndtri", "special.ndtri_exp"}
+    by_hand = {n.value for n in ast.walk(tree) if isinstance(n, ast.Constant)} & {
+        1.96,
+        1.645,
+        2.576,
+    }
+    assert not by_hand or path.name == "parameters.py"  # the largest η of a fit
+
+
 @pytest.mark.parametrize("path", MODULES, ids=module_name)
 def test_no_pickle_no_eval(path):
     text = path.read_text(encoding="utf-8")

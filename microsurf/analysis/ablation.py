@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from .. import model
 from ..physics import student_t
 from ..results import peak
 from ..scene import BECKMANN, STRUCTURES, Effects, Roughness, Scene
-from ..stats.squared_error import CONFIDENCE
+from ..stats import intervals
 from .tradeoff import pareto
 from .tradeoff.methods import Draws, Place, draws_of, joined, trace_surfaces
 
@@ -144,7 +143,7 @@ def _scalar(quantity: str) -> Callable[[Draws, Draws], tuple[float, float, float
         # Of the ratio, to first order.
         rest = (of - of.mean() - (1 + value) * (on - on.mean())) / on.mean()
         count = len(rest)
-        factor = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1))
+        factor = intervals.student(count - 1)
         half = factor * float(np.sqrt((rest**2).sum() / (count * (count - 1))))
         return value, value - half, value + half
 

@@ -10,14 +10,12 @@ from typing import Any, overload
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
 from ..results import albedos
 from ..scene import Scene
 from ..scene.expectation import Expectation
 from ..scene.notebook import table
-
-CONFIDENCE = 0.95
+from ..stats import intervals
 
 _DEFAULT = Expectation()
 
@@ -194,7 +192,7 @@ def _comparison(
     error = float(values.std(ddof=1) / np.sqrt(count) if count > 1 else noise[0])
     mean = float(values.mean())
     effect = mean / prediction - 1
-    half = half_width(error, count, effect, prediction, sampling, CONFIDENCE)
+    half = half_width(error, count, effect, prediction, sampling, intervals.CONFIDENCE)
     low, high = effect - half, effect + half
     expected = expectation.verdict[angle % len(expectation.verdict)]
     return Comparison(
@@ -231,8 +229,8 @@ def half_width(
 
     The prediction's own error (``sampling``) is carried into the ratio, to first order.
     """
-    normal = float(stats.norm.ppf((1 + confidence) / 2))
-    factor = float(stats.t.ppf((1 + confidence) / 2, surfaces - 1)) if surfaces > 1 else normal
+    normal = intervals.normal(confidence)
+    factor = intervals.over_values(surfaces, confidence)
     return float(np.hypot(factor * error, normal * sampling * (1 + effect))) / prediction
 
 

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..stats.hypothesis_tests import sidak_level
-from .comparison import CONFIDENCE, Comparison, decide, half_width
+from ..stats.intervals import CONFIDENCE
+from .comparison import Comparison, decide, half_width
 
 ERROR_RATE = (1 - CONFIDENCE) / 2
 """Probability that one verdict is wrong, at most, if surfaces differ normally; of heavy tails on

@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
 from ..results import albedos
 from ..scene import Effects, Scene
+from ..stats import intervals
 from ..surface import Heightfield
 from ..trace import measure
-
-CONFIDENCE = 0.95
 
 
 def cost(
@@ -53,14 +51,11 @@ def cost(
                 continue
             # On each surface the same light, so that what surfaces differ by drops out.
             lacks = part / all_of_it - 1
-            count = len(lacks)
-            if count > 1:
-                half = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * float(
-                    lacks.std(ddof=1) / np.sqrt(count)
-                )
+            if len(lacks) > 1:
+                half = float(intervals.half_width_of_mean(lacks))
             else:
                 rays = float(np.hypot(*(e[0, t, p] for e in noise)) / all_of_it[0])
-                half = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * rays
+                half = intervals.normal() * rays
             error = float(lacks.mean())
             rows.append(
                 {

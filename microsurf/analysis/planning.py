@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from .. import memory
 from ..errors import InputError
 from ..results import uncertainty
 from ..scene import MOST_PATHS, Accuracy, Scene
+from ..stats import intervals
 from ..surface import surfaces_of
 from ..trace import measure
 from ..trace.scheduler import MOST_SURFACES
@@ -37,7 +37,6 @@ PILOT_SURFACES, PILOT_PATHS = 4, 32_768
 SURFACE_COST = 3.0
 """Time to make and upload a cell in that of a path on one thread: fixed, so that the same
 command plans the same on every machine."""
-_NORMAL = float(stats.norm.ppf(0.975))
 
 
 @dataclass(frozen=True)
@@ -307,7 +306,7 @@ def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) 
 
 def _widened(count: int) -> float:
     """Few surfaces know their own spread badly, see `uncertainty.surplus`."""
-    return float(stats.t.ppf(0.975, count - 1)) / _NORMAL
+    return intervals.student(count - 1) / intervals.normal()
 
 
 def _paths(paths: float) -> int:

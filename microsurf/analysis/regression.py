@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
-from scipy import stats
 
 from ..errors import InputError
 from ..files import read_once
+from ..stats import intervals
 from ..stats.hypothesis_tests import holm
 
 SCHEMA = 3
@@ -199,9 +199,7 @@ def _difference(pair: Pair) -> dict[str, Any]:
         p = 0.0 if abs(difference) > QUADRATURE * size else 1.0
     else:
         z = difference / error
-        spread = float((variances**2 / np.array(pair.dof)).sum())
-        dof = float(variances.sum()) ** 2 / spread if spread > 0 else np.inf
-        p = 2 * float(stats.t.sf(abs(z), dof))
+        p = intervals.two_sided_p(z, float(intervals.dof_of_sum(variances, pair.dof)))
     return {
         "old": old,
         "new": new,

@@ -16,12 +16,12 @@ import xarray as xr
 
 from ..results import datasets
 from ..scene import Scene
+from ..stats import intervals
 from .comparison import Comparison, decide
 
 ALL_ORDERS = "total"
 _SAME = 1e-3
 """Relative difference up to which a user BRDF is said to be the theory."""
-_NORMAL = 1.96
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,8 @@ def beside_theory(row: Comparison, theory: Comparison) -> BesideTheory:
     """Put a user BRDF's comparison beside that of the theory."""
     effect = row.predicted / theory.predicted - 1
     half = (1 + effect) * (
-        row.predicted_error / row.predicted + _NORMAL * theory.predicted_error / theory.predicted
+        row.predicted_error / row.predicted
+        + intervals.normal() * theory.predicted_error / theory.predicted
     )
     low, high = effect - half, effect + half
     return BesideTheory(

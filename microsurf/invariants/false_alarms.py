@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special, stats
 
+from ..stats import intervals
 from .invariant import Invariant
 
 Array = NDArray[np.float64]
@@ -21,15 +21,12 @@ _ROUNDING = 1e-12  # of the sums: differences below are none
 
 def critical(comparisons: int) -> float:
     """Largest |z| of so many comparisons that is called chance (Bonferroni)."""
-    return float(stats.norm.isf(RATE / TESTS / comparisons / 2))
+    return intervals.normal_of_tails(RATE / TESTS / comparisons)
 
 
 def standardised(t: ArrayLike, dof: ArrayLike) -> Array:
     """The normal deviate as unlikely as Student's t of so many degrees of freedom."""
-    t = np.asarray(t, float)
-    with np.errstate(divide="ignore"):
-        size = -special.ndtri_exp(np.log(stats.t.sf(np.abs(t), dof)))
-    return np.asarray(np.sign(t) * np.minimum(size, MOST))
+    return np.asarray(np.sign(t) * np.minimum(intervals.normal_deviate(t, dof), MOST))
 
 
 def against(a: Array, expected: ArrayLike) -> Array:
@@ -43,10 +40,8 @@ def between(a: Array, b: Array) -> Array:
     """z of the difference of two means of independent runs, each of shape (runs, …) (Welch)."""
     of_a, of_b = (x.var(axis=0, ddof=1) / len(x) for x in (a, b))
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
-    both = _positive(of_a + of_b)
-    share = of_a / both
-    dof = 1 / (share**2 / (len(a) - 1) + (1 - share) ** 2 / (len(b) - 1))
-    error = np.hypot(np.sqrt(both), _ROUNDING * (np.abs(mean_a) + np.abs(mean_b)))
+    dof = intervals.dof_of_sum([of_a, of_b], [len(a) - 1, len(b) - 1])
+    error = np.hypot(np.sqrt(_positive(of_a + of_b)), _ROUNDING * (np.abs(mean_a) + np.abs(mean_b)))
     return standardised((mean_a - mean_b) / error, dof)
 
 

@@ -14,20 +14,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
 
 from ..scene import Scene
+from ..stats import intervals
 from ..stats.variance_components import (
     KNOWN,
     Improvement,
     VarianceComponents,
     components_of,
     improvement,
-    satterthwaite,
 )
 from . import albedos, datasets, detector
-
-_NORMAL = float(stats.norm.ppf(0.975))
 
 
 def lobe_ray_variance(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
@@ -89,7 +86,7 @@ def surplus(dataset: xr.Dataset, scene: Scene) -> float:
     target = scene.accuracy.standard_error or np.inf
     target_of_lobes = scene.accuracy.lobe_error or target
     count = dataset.sizes["realisation"]
-    widened = 1.0 if count == 1 else float(stats.t.ppf(0.975, count - 1)) / _NORMAL
+    widened = intervals.over_values(count) / intervals.normal()
     n = scene.material.n
     worst = 0.0
     for kd in scene.material.kd:
@@ -162,6 +159,10 @@ def _components(
             of_rays = variance.isel(index).values
             batches = (dataset.batch_light.isel(index).values > 0).sum(axis=1)
             # Paths know the variance of their bins well; a few batches that of their sum.
-            dof = KNOWN if is_lobe else satterthwaite(of_rays, np.maximum(batches - 1, 1))
+            dof = (
+                KNOWN
+                if is_lobe
+                else float(intervals.dof_of_sum(of_rays, np.maximum(batches - 1, 1)))
+            )
             components = components_of(values.isel(index).values, of_rays, dof)
             yield (float(theta), float(phi)), components

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
-from .variance_components import CONFIDENCE
+from . import intervals
 
-_NORMAL = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
 _SEEN = 3.0
 """A difference counts for an order of convergence from so many standard errors on."""
 
@@ -49,11 +48,9 @@ def mean_of(values: NDArray[np.float64]) -> Mean:
 def difference(one: Mean, other: Mean) -> Estimate:
     """Of two independent means: one − other."""
     squares = np.array([one.error, other.error]) ** 2
-    value, total = one.value - other.value, float(squares.sum())
-    if total == 0:
-        return Estimate(value, value, value)
-    dof = total**2 / float((squares**2 / np.array([one.count - 1, other.count - 1])).sum())
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, dof)) * float(np.sqrt(total))
+    dof = intervals.dof_of_sum(squares, [one.count - 1, other.count - 1])
+    value = one.value - other.value
+    half = intervals.student(float(dof)) * float(np.sqrt(squares.sum()))
     return Estimate(value, value - half, value + half)
 
 
@@ -62,7 +59,7 @@ def part_and_whole(values: NDArray[np.float64], part: int) -> Estimate:
     count = len(values)
     value = float(values[:part].mean() - values.mean())
     # The part is in the spread as well: Thompson's τ (1935), not Student's t.
-    t = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 2))
+    t = intervals.student(count - 2)
     tau = t * np.sqrt((count - 1) / (count - 2 + t**2))
     half = float(tau * values.std(ddof=1) * np.sqrt(1 / part - 1 / count))
     return Estimate(value, value - half, value + half)
@@ -84,7 +81,7 @@ def order(coarse: Mean, middle: Mean, fine: Mean, ratio: float = 2.0) -> Estimat
     value = float(np.log(first / second) / np.log(ratio))
     # ln(v₃−v₂) − ln(v₂−v₁): the middle value takes part in both, with opposite signs.
     parts = coarse.error / first, middle.error * (1 / first + 1 / second), fine.error / second
-    half = _NORMAL * float(np.linalg.norm(parts)) / float(np.log(ratio))
+    half = intervals.normal() * float(np.linalg.norm(parts)) / float(np.log(ratio))
     return Estimate(value, value - half, value + half)
 
 
@@ -103,5 +100,5 @@ def power(
     x = x - np.average(x, weights=weight)
     spread = float((weight * x**2).sum())
     value = float((weight * x * y).sum()) / spread
-    half = _NORMAL / float(np.sqrt(spread))
+    half = intervals.normal() / float(np.sqrt(spread))
     return Estimate(value, value - half, value + half)

@@ -21,9 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from . import intervals
+from .intervals import CONFIDENCE
+
 Array = NDArray[np.float64]
 
-CONFIDENCE = 0.95
 _KNOWN = 1e9
 
 
@@ -61,9 +63,9 @@ def interval(sample: Array, reference: Array, draws: float) -> Interval:
     noise, noise_dof = _noise(sample, draws)
     ends = []
     for level in ((1 + CONFIDENCE) / 2, CONFIDENCE):
-        half = float(stats.t.ppf(level, dof)) * np.sqrt(along)
+        half = intervals.student(dof, 2 * level - 1) * np.sqrt(along)
         beta = np.sqrt(beta2)
-        hidden = float(stats.norm.ppf(level)) * rest
+        hidden = intervals.normal(2 * level - 1) * rest
         quantiles = (float(stats.chi2.ppf(p, noise_dof)) for p in (level, 1 - level))
         least, most = (noise * noise_dof / q for q in quantiles)
         low = max(max(beta - half, 0.0) ** 2 - hidden, 0.0) + least
@@ -80,10 +82,8 @@ def _along(parts: list[tuple[Array, int]], towards: Array) -> tuple[float, float
         (float(((rest @ towards) ** 2).sum()) / (count * (count - 1)), count - 1)
         for rest, count in parts
     ]
-    total = sum(variance for variance, _ in variances)
-    if total == 0:
-        return 0.0, 1.0
-    return total, total**2 / sum(variance**2 / free for variance, free in variances)
+    of_parts, free = zip(*variances, strict=True)
+    return sum(of_parts), float(intervals.dof_of_sum(of_parts, free))
 
 
 def _square_trace(parts: list[tuple[Array, int]]) -> float:

@@ -9,7 +9,7 @@ the surfaces' means estimates σ_b² + σ_w², their batches know σ_w² alone; 
 
 with the upper and lower quantiles of F on (R−1, ν) and of χ² on R−1 degrees of freedom.
 It asks for surfaces whose means are normally distributed; its coverage is then the
-stated one or a little more. ν is Satterthwaite's (1946): what the mean of several
+stated one or a little more. ν is `intervals.dof_of_sum`: what the mean of several
 variances of few batches each is worth.
 """
 
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from ..errors import InputError
+from .intervals import CONFIDENCE
 
-CONFIDENCE = 0.95
 KNOWN = 1e9
 """Degrees of freedom of a variance that is known."""
 
@@ -64,18 +64,12 @@ class VarianceComponents:
         return "surfaces" if self.low > self.within else "either"
 
 
-def satterthwaite(variances: NDArray[np.float64], dof: NDArray[np.float64]) -> float:
-    """Degrees of freedom of the mean of variances that have ``dof`` each."""
-    squares = float((variances**2 / dof).sum())
-    return float(variances.sum()) ** 2 / squares if squares > 0 else KNOWN
-
-
 def components_of(
     values: NDArray[np.float64], ray_variance: NDArray[np.float64], dof: float = KNOWN
 ) -> VarianceComponents:
     """Tell rays and surfaces apart from each surface's value and the variance of its rays.
 
-    ``dof`` is that of the mean of ``ray_variance``, see `satterthwaite`. Values and
+    ``dof`` is that of the mean of ``ray_variance``, see `intervals.dof_of_sum`. Values and
     variances of a lobe have its bins as further dimensions: variances are then summed
     over them, and the mean is the root of the sum of squares. Bins may vary all together
     between surfaces, so that their sum is worth R−1 degrees of freedom, as one bin is; if

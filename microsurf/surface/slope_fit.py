@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from ..errors import InputError
+from ..stats import intervals
 from .heightfield import Heightfield, slopes_of_both_splits
 from .slope_likelihood import TILES, Maximum, covariance, maximise
 from .statistics import ks_distance
@@ -78,7 +79,7 @@ def fit_slopes(h: Heightfield) -> SlopeFit:
     if isotropy > ISOTROPY_LEVEL:
         result = maximise(*sloping, isotropic=True)
         cov, naive, freedom = covariance(p, q, result, measured)
-    reach = float(stats.t.ppf(0.975, freedom))
+    reach = intervals.student(freedom)
     jacobian = _jacobian(result.scatter)
     sizes = _axes(result.scatter)
     errors = reach * np.sqrt(np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T))

@@ -12,7 +12,7 @@ from microsurf.stats.convergence_order import (
     part_and_whole,
     power,
 )
-from microsurf.stats.variance_components import CONFIDENCE
+from microsurf.stats.intervals import CONFIDENCE
 
 RUNS = 3000
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from microsurf.results import detector
+from microsurf.stats.intervals import CONFIDENCE, normal
 
 Array = NDArray[np.float64]
 
@@ -20,7 +21,6 @@ BRIGHT = 10
 """Paths a batch that must reach an order on both sides for it to be judged: nearly normal."""
 BRIGHT_BIN = 3
 """The same for a bin, of which only the median over all of a lobe is given."""
-CONFIDENCE = 0.95
 RESAMPLES = 400
 
 _ORDERS = [f"{order}" for order in detector.ORDERS[:-1]] + [f"{detector.ORDERS[-1]}+"]
@@ -91,7 +91,7 @@ def lobe_ratio(
         for _ in range(RESAMPLES)
     ]
     # In logarithms, about the estimate: resampling adds noise of its own to every bin.
-    spread = stats.norm.ppf((1 + CONFIDENCE) / 2) * float(np.std(np.log(draws), ddof=1))
+    spread = normal() * float(np.std(np.log(draws), ddof=1))
     return Ratio(value, value * float(np.exp(-spread)), value * float(np.exp(spread)), count)
 
 

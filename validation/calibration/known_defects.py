@@ -20,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 from tqdm import tqdm
 
 from microsurf import measure, model
@@ -32,6 +31,7 @@ from microsurf.physics.facet import body_weight
 from microsurf.physics.fresnel import internal_diffuse_reflectance
 from microsurf.results import detector
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.stats import intervals
 from microsurf.surface import Heightfield, surfaces_of
 
 from ..checkpoint import LATEST, once
@@ -128,7 +128,7 @@ def shares(name: str, right: str, before: Case, after: Case) -> list[dict[str, o
     """One row for each part of the light and each term it is looked for in."""
     whole = moved(before, after, None)
     less = [moved(before, after, k) for k in range(SURFACES)]
-    factor = float(stats.t.ppf(0.975, SURFACES - 1)) * np.sqrt((SURFACES - 1) ** 2 / SURFACES)
+    factor = intervals.student(SURFACES - 1) * np.sqrt((SURFACES - 1) ** 2 / SURFACES)
     rows: list[dict[str, object]] = []
     for q, terms in whole.items():
         difference = sum(terms.values())

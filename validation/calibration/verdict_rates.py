@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from microsurf.analysis.comparison import CONFIDENCE, decide, half_width
+from microsurf.analysis.comparison import decide, half_width
 from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.stats.intervals import CONFIDENCE
 from microsurf.surface import generate_surface
 from microsurf.trace import measure
 

@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy import stats
 from tqdm import tqdm
 
 from microsurf import generate_surface, measure, model, predict
@@ -23,6 +22,7 @@ from microsurf.report.figures.bands import cut
 from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from microsurf.results import datasets, detector
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
+from microsurf.stats import intervals
 
 OUT = Path(__file__).parents[2] / "reports" / "gallery"
 KD = 0.8
@@ -59,9 +59,8 @@ def points(axes: Axes, measured: xr.Dataset, asked: Scene, style: tuple[str, str
     """Measured BRDF with its 95 % band over the realisations."""
     colour, _, marker = style
     values = curve(measured, asked, order, kind)
-    count = values.sizes["realisation"]
     mean = values.mean("realisation").values
-    band = stats.t.ppf(0.975, count - 1) * values.std("realisation", ddof=1).values / count**0.5
+    band = intervals.half_width_of_mean(values.transpose("realisation", ...).values)
     low = np.maximum(mean - band, 1e-12)
     axes.fill_between(values.theta_o, low, mean + band, color=colour, alpha=0.2, lw=0)
     axes.plot(values.theta_o, np.where(mean > 0, mean, np.nan), ls="none", marker=marker, ms=2.2,

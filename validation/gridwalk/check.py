@@ -29,6 +29,7 @@ from tqdm import tqdm
 from microsurf import generate_surface
 from microsurf.physics import facet
 from microsurf.results import detector
+from microsurf.stats import intervals
 from microsurf.surface.heightfield import mesh
 from microsurf.trace.embree import EmbreeTile, Hits, Rays
 from microsurf.trace.grid import MARGIN, Grid, from_heights, triangles
@@ -199,7 +200,8 @@ def paired(tiles: dict[str, Tile], theta: float, light: int, call: int) -> dict[
     off = albedos[1] - albedos[0]
     # None of many calls that differ may still be up to 3 more (95 %), each out of step all over.
     error = float(np.sqrt(off.var() * calls + 3 * 2 * albedos[0].var())) / calls
-    low, high = float(off.mean()) - 1.96 * error, float(off.mean()) + 1.96 * error
+    half = intervals.normal() * error
+    low, high = float(off.mean()) - half, float(off.mean()) + half
     within = max(abs(low), abs(high)) <= ALLOWED
     row: dict[str, float | str] = {
         "theta": theta,

@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from scipy import stats
 
 from microsurf import generate_surface
 from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
 from microsurf.scene import STRUCTURES
+from microsurf.stats import intervals
 
 Row = dict[str, Any]
 
@@ -60,8 +60,11 @@ def ratios(rows: list[Row], shown: Row, source: str, quantity: str) -> tuple[np.
             lambda row: row["surfaces"],
         )
     )
-    width = stats.t.ppf(0.975, np.maximum(count - 1, 1)) if source in SURFACES else 1.96
-    return theta, ratio, width * error
+    of_surfaces = source in SURFACES
+    factor = [
+        intervals.student(max(k - 1, 1)) if of_surfaces else intervals.normal() for k in count
+    ]
+    return theta, ratio, factor * error
 
 
 def atlas(rows: list[Row], gammas: tuple[float, ...], sigma: float, length: float) -> Figure:

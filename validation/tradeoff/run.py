@@ -30,6 +30,7 @@ from microsurf.report.figures.pareto import rows, within
 from microsurf.scene import Light, Scene
 from microsurf.scene.builtin import built_in_scenes
 from microsurf.scene.toml import read
+from microsurf.stats.intervals import CONFIDENCE
 
 from ..checkpoint import LATEST, once
 
@@ -37,7 +38,7 @@ OUT = Path(__file__).parents[2] / "reports" / "tradeoff"
 KEPT = LATEST / "frontiers"
 SEEDS = 3000, 4000  # apart from the report's own and from repeat.py's
 ANGLES = 30.0, 60.0
-CHANCE = 2 * ((1 - pareto.CONFIDENCE) / 2) ** 2
+CHANCE = 2 * ((1 - CONFIDENCE) / 2) ** 2
 """That two runs tell two equal methods apart, and in opposite order."""
 Row = dict[str, Any]
 Pairs = list[list[str]]

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from ...errors import InputError
+from ...stats import intervals
 from .intervals import Resampled
 from .nearby import follow
 from .problem import LEAST_INCIDENCES, Problem
@@ -86,6 +86,6 @@ def evidence(other: Resampled, std: Resampled) -> Evidence:
         p = 1.0
     else:
         t = difference.mean() / (spread / np.sqrt(groups))
-        p = float(2 * stats.t.sf(abs(t), groups - 1))
+        p = intervals.two_sided_p(t, groups - 1)
     gain = float(difference.mean() / total) if total > 0 else 0.0
     return Evidence(gain, p, int(np.count_nonzero(difference > 0)), groups)

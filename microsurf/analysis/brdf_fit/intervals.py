@@ -12,14 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
+from ...stats.intervals import student
 from .nearby import follow
 from .solve import Question, Solution, evaluate
 
 Array = NDArray[np.float64]
-
-CONFIDENCE = 0.95
 
 
 class Resampled(NamedTuple):
@@ -61,7 +59,7 @@ def half_width(without: Array) -> Array:
     groups = len(without)
     spread = np.sum((without - without.mean(axis=0)) ** 2, axis=0)
     error = np.sqrt(spread * (groups - 1) / groups)
-    return np.asarray(stats.t.ppf((1 + CONFIDENCE) / 2, groups - 1) * error)
+    return np.asarray(student(groups - 1) * error)
 
 
 def interval(

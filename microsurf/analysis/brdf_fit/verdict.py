@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
+from ...stats import intervals
 from ..comparison import decide
 from .problem import Problem
 
@@ -118,9 +118,7 @@ def _zone(
     pairs, scale = len(measured), max(float(fitted.mean()), least)
     difference = (measured - fitted) / scale
     effect = float(difference.mean())
-    level = 1 - 0.05 / max(family, 1)
-    reach = stats.t.ppf((1 + level) / 2, pairs - 1) / np.sqrt(pairs)
-    half = float(reach * difference.std(ddof=1))
+    half = float(intervals.half_width_of_mean(difference, 1 - 0.05 / max(family, 1)))
     low, high = effect - half, effect + half
     return Zone(
         theta, name, pairs, float(measured.mean()), float(fitted.mean()), effect, low, high,

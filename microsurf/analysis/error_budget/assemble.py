@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
 
 from ...model.mesh_slopes.higher_orders import BATCHES, order_change
 from ...model.mesh_slopes.order_one import first_order_change
@@ -20,6 +19,7 @@ from ...physics.facet import body_weight
 from ...results import albedos as summary
 from ...results import datasets, detector, uncertainty
 from ...scene import Scene
+from ...stats import intervals
 from ...surface import Heightfield, facet_slopes
 from .refinement import Refinement
 from .regions import FIRST, HIGHER, LOBES, REGIONS, components, of_order_one, region_masks
@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 
 WALKS = 400_000
 """Behind the slopes' effect on later orders, for each angle: 1e−4 of an albedo, about."""
-_NORMAL = float(stats.norm.ppf(0.975))
 _SEEDS = 4
 """Runs of the paired difference of order 1: its error is their spread."""
 
@@ -182,7 +181,9 @@ def _walked(
     """Parts of a walk; a path brings 0 … 1, so that the variance of a part is below the part."""
     paths = float(walk.paths.values[0][index]) if "paths" in walk else np.inf
     return {
-        q: TermEstimate(float(v[0][index]), _NORMAL * float(np.sqrt(max(v[0][index], 0.0) / paths)))
+        q: TermEstimate(
+            float(v[0][index]), intervals.normal() * float(np.sqrt(max(v[0][index], 0.0) / paths))
+        )
         for q, v in components(walk, n, kd).items()
     }
 
@@ -213,11 +214,12 @@ def _expected(
 
 def _of_slopes(runs: Sequence[Mapping[str, Any]]) -> dict[str, TermEstimate]:
     """What slopes change of each part: mean of independent runs, its error from their spread."""
-    factor = float(stats.t.ppf(0.975, len(runs) - 1)) / np.sqrt(len(runs))
     estimates = {}
     for q in runs[0]:
         values = np.array([run[q] for run in runs])
-        estimates[q] = TermEstimate(float(values.mean()), factor * float(values.std(ddof=1)))
+        estimates[q] = TermEstimate(
+            float(values.mean()), float(intervals.half_width_of_mean(values))
+        )
     return estimates
 
 

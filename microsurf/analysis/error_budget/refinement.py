@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
 
 from ...scene import MAX_CELLS, Scene
+from ...stats import intervals
 from ...surface import Heightfield, generate_surface, realisation_seed, surface_of
 from ...trace import measure
 from .regions import components
@@ -94,9 +94,7 @@ def _made(scene: Scene, seed: int, pair: int, factor: int) -> Heightfield:
 def _paired(coarse: Array, fine: Array) -> tuple[Array, Array]:
     """Mean difference of pairs and its half width."""
     apart = coarse - fine
-    count = len(apart)
-    factor = float(stats.t.ppf(0.975, count - 1)) / np.sqrt(count)
-    return apart.mean(axis=0), factor * apart.std(axis=0, ddof=1)
+    return apart.mean(axis=0), intervals.half_width_of_mean(apart)
 
 
 def _bound(small: Array, large: Array) -> tuple[Array, Array]:
@@ -106,6 +104,6 @@ def _bound(small: Array, large: Array) -> tuple[Array, Array]:
     if len(large) > 1:
         variances = variances + large.var(axis=0, ddof=1) / len(large)
         dof = min(dof, len(large) - 1)
-    half = float(stats.t.ppf(0.975, dof)) * np.sqrt(variances)
+    half = intervals.student(dof) * np.sqrt(variances)
     change = np.abs(small.mean(axis=0) - large.mean(axis=0))
     return np.zeros_like(change), change + half

@@ -26,14 +26,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
+from ...stats import intervals
 from .regions import FIRST, HIGHER, LOBES, TOTAL
 
 Array = NDArray[np.float64]
 
 TERMS = ("model", "slopes", "mesh", "tile", "losses", "masking", "multiple", "noise")
-_LEVEL = 0.975
 
 
 @dataclass(frozen=True)
@@ -165,10 +164,11 @@ class _Sum:
     def term(self, quantity: str, name: str, ray_error: float) -> Term:
         count, spread = len(self.each), 0.0
         if count > 1:
-            factor = float(stats.t.ppf(_LEVEL, count - 1))
-            spread = factor * float(self.each.std(ddof=1)) / float(np.sqrt(count))
+            spread = (
+                intervals.student(count - 1) * float(self.each.std(ddof=1)) / float(np.sqrt(count))
+            )
         elif name in ("masking", "multiple", "noise"):
-            spread = float(stats.norm.ppf(_LEVEL)) * ray_error
+            spread = intervals.normal() * ray_error
         value = self.fixed + float(self.each.mean())
         half = float(np.hypot(self.half, spread))
         if name == "noise":

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
-from ...stats import squared_error
-from ...stats.squared_error import CONFIDENCE, Interval
+from ...stats import intervals, squared_error
+from ...stats.squared_error import Interval
 
 Array = NDArray[np.float64]
 
@@ -116,7 +115,7 @@ def half_width(reference: Array) -> float:
     count = len(reference)
     mean = reference.mean(axis=0)
     largest = float(np.linalg.norm(reference - mean, ord=2)) / np.sqrt(count - 1)
-    factor = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1))
+    factor = intervals.student(count - 1)
     return float(factor * largest / np.sqrt(count) / np.linalg.norm(mean))
 
 
@@ -146,10 +145,10 @@ def _spread(*without: Array) -> tuple[float, float]:
         for w in without
         if len(w) > 1
     ]
-    total = sum(part for part, _ in parts)
-    if total == 0:
-        return 0.0, 1.0
-    return float(np.sqrt(total)), total**2 / sum(part**2 / free for part, free in parts)
+    if not parts:
+        return 0.0, np.inf
+    variances, free = zip(*parts, strict=True)
+    return float(np.sqrt(sum(variances))), float(intervals.dof_of_sum(variances, free))
 
 
 def worse(one: Squared, other: Squared) -> bool:
@@ -157,7 +156,7 @@ def worse(one: Squared, other: Squared) -> bool:
     spread, dof = _spread(
         one.without_own, other.without_own, one.without_reference - other.without_reference
     )
-    return one.value - other.value > float(stats.t.ppf((1 + CONFIDENCE) / 2, dof)) * spread
+    return one.value - other.value > intervals.student(dof) * spread
 
 
 def dominated(points: Sequence[MethodPoint]) -> dict[str, str]:

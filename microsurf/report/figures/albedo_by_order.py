@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
 from ...results import albedos, detector
 from ...scene import Scene
+from ...stats import intervals
 from .lobes import MEASURED
 from .style import (
     SMALL,
@@ -52,7 +52,7 @@ def _interval(values: np.ndarray) -> dict[str, float]:
     mean, count = float(values.mean()), len(values)
     if count == 1:
         return {"albedo": mean}
-    half = float(stats.t.ppf(0.975, count - 1) * values.std(ddof=1) / np.sqrt(count))
+    half = float(intervals.half_width_of_mean(values))
     return {"albedo": mean, "low": mean - half, "high": mean + half}
 
 

@@ -13,14 +13,12 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
 
 from ...results import datasets, detector, uncertainty
 from ...scene import Scene
+from ...stats import intervals
 
 Array = NDArray[np.float64]
-
-_CONFIDENCE = 0.95
 
 
 def cut(dataset: xr.Dataset, scene: Scene, kd: float) -> xr.DataArray:
@@ -42,10 +40,11 @@ def half_widths(
     """Of the bands of `cut` curves, keys "specular" and "body" (order 1) and "total"."""
     count = measured.sizes["realisation"]
     if count > 1:
-        factor = float(stats.t.ppf((1 + _CONFIDENCE) / 2, count - 1)) / np.sqrt(count)
+        factor = intervals.student(count - 1) / np.sqrt(count)
         return {k: factor * c.std("realisation", ddof=1).values for k, c in curves.items()}
-    normal = float(stats.norm.ppf((1 + _CONFIDENCE) / 2))
-    return {key: normal * error for key, error in ray_errors(measured, scene, kd).items()}
+    return {
+        key: intervals.normal() * error for key, error in ray_errors(measured, scene, kd).items()
+    }
 
 
 def ray_errors(measured: xr.Dataset, scene: Scene, kd: float) -> dict[str, Array]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...analysis.convergence.study import Convergence, Row
-from ...stats.variance_components import CONFIDENCE
+from ...stats import intervals
 from .style import (
     GREY,
     QUANTITY_STYLE,
@@ -64,7 +64,9 @@ def draw(convergence: Convergence, name: str) -> "Figure":
         frameon=False,
     )
     incidence = rf"$\theta_i$ = {shown['theta_i']:g}°, Kd = {shown['kd']:g}"
-    figure.suptitle(f"{as_text(name)}: albedos at {incidence}, bars {CONFIDENCE:.0%}", fontsize=10)
+    figure.suptitle(
+        f"{as_text(name)}: albedos at {incidence}, bars {intervals.CONFIDENCE:.0%}", fontsize=10
+    )
     return figure
 
 
@@ -118,7 +120,7 @@ def _deviations(
         x = np.array([row[key] for row in mine])
         y = scale * np.array([row["deviation"] for row in mine])
         # ln s has the standard error 1/√(2ν) of ν degrees of freedom.
-        factor = np.exp(1.96 / np.sqrt([2 * (row[count] - 1) for row in mine]))
+        factor = np.exp(intervals.normal() / np.sqrt([2 * (row[count] - 1) for row in mine]))
         fit = _rows([row for row in convergence.powers if row["study"] == study], shown, name)[0]
         panel.errorbar(
             x, y, [y - y / factor, y * factor - y], color=colour, marker=marker, markersize=4.5,

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy import stats
 
+from ...stats import intervals
 from .style import (
     BLACK,
     BLUE,
@@ -25,7 +25,6 @@ _STYLES: dict[str, tuple[str, str, Any, str]] = {
     "g1": (BLUE, "o", "-", r"$G_1$"),
     "g2": (VERMILION, "s", "--", r"$G_2$, mirror pairs"),
 }
-_CONFIDENCE = 0.95
 _ACROSS = 2
 
 
@@ -34,11 +33,7 @@ def rows(table: Sequence[dict[str, Any]], surfaces: int) -> list[dict[str, Any]]
 
     ``surfaces`` is their number: Student's t over them; normal over the rays of one.
     """
-    factor = (
-        float(stats.t.ppf((1 + _CONFIDENCE) / 2, surfaces - 1))
-        if surfaces > 1
-        else float(stats.norm.ppf((1 + _CONFIDENCE) / 2))
-    )
+    factor = intervals.over_values(surfaces)
     drawn = []
     for row in table:
         ends = {

@@ -3,6 +3,7 @@ import pytest
 from judge import rate
 
 from microsurf.results import detector
+from microsurf.stats.intervals import CONFIDENCE
 from validation.bench import efficiency
 
 PATHS = 2**17
@@ -23,7 +24,7 @@ def test_interval_of_a_figure_holds_the_true_ratio(truth, honest, judge):
         ours, theirs = batches(rng, 48, 1e-3), batches(rng, 128, 3**0.5 * 1e-3)
         ratio = efficiency.figure_ratio(ours, theirs, 2.0, PATHS)
         inside += ratio.low <= truth <= ratio.high
-    (judge.keeps if honest else judge.catches)(rate(inside, RUNS, efficiency.CONFIDENCE, 1.0))
+    (judge.keeps if honest else judge.catches)(rate(inside, RUNS, CONFIDENCE, 1.0))
 
 
 @pytest.mark.parametrize(("truth", "honest"), [(6.0, True), (6.6, False)])
@@ -38,7 +39,7 @@ def test_interval_of_a_lobes_median_holds_the_true_ratio(truth, honest, monkeypa
         ratio = efficiency.lobe_ratio(ours, theirs, 2.0, PATHS, rng)
         inside += ratio.low <= truth <= ratio.high
         assert ratio.bins == 300
-    (judge.keeps if honest else judge.catches)(rate(inside, RUNS, efficiency.CONFIDENCE, 1.0))
+    (judge.keeps if honest else judge.catches)(rate(inside, RUNS, CONFIDENCE, 1.0))
 
 
 def test_what_hardly_any_path_reaches_is_not_judged():
