@@ -60,6 +60,12 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 @pytest.fixture(autouse=True)
+def _own_cache(tmp_path_factory, monkeypatch):
+    """What microsurf remembers is that of this run of the tests, in its children too."""
+    monkeypatch.setenv("MICROSURF_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.fixture(autouse=True)
 def _sixty_digits():
     """mpmath's precision is global: what one test sets must not reach the next."""
     with mpmath.workdps(60):

@@ -19,10 +19,11 @@ _STARTED = time.time()
 
 
 @cache
-def state_of_the_code() -> str:
-    """Digest of all of the package's sources, of the libraries that compute, and the processor.
+def state_of_the_code(without: tuple[str, ...] = ()) -> str:
+    """Digest of the package's sources, of the libraries that compute, and the processor.
 
-    Results made in another state may differ, in the last digits or altogether.
+    Results made in another state may differ, in the last digits or altogether. ``without``
+    names folders of the package on which what is made does not depend.
     """
     versions = {}
     for name in _COMPUTING:
@@ -34,6 +35,8 @@ def state_of_the_code() -> str:
         ).encode()
     )
     for path in sorted(PACKAGE.rglob("*.py")):
+        if path.relative_to(PACKAGE).parts[0] in without:
+            continue
         digest.update(f"{path.relative_to(PACKAGE).as_posix()} {path.stat().st_size} ".encode())
         digest.update(path.read_bytes())
         if path.stat().st_mtime > _STARTED:  # not what was imported: nothing may be found by it

@@ -12,17 +12,15 @@ from .. import memory, model, report
 from ..analysis import regression, validate_user_brdf
 from ..analysis.fitted_theory import prepare
 from ..analysis.planning import Plan
+from ..analysis.self_test import SelfTest, self_test
 from ..analysis.stages import Run, Stages
 from ..analysis.validate import Validation, validate_scene
 from ..errors import InputError
-from ..invariants import Invariant, global_invariants
-from ..report import sections, stability_section
-from ..report.section import Section
+from ..report import sections
 from ..results import uncertainty
 from ..scene import Scene, expectation
 from ..scene.builtin import built_in_scenes
 from ..scene.toml import to_toml
-from ..stability import survey
 from ..surface import StdFit
 from .options import (
     INPUT,
@@ -78,6 +76,13 @@ _ON_TOP = (
     help="Go on with a run that was stopped, from DIR/unfinished: what is finished and still fits "
     "(scene, seed, options, version) is not done again, and the report is the same.",
 )
+@click.option(
+    "--self-test",
+    "check_again",
+    is_flag=True,
+    help="Check microsurf itself now (invariants whatever the scene, digits of its laws); without "
+    "it, what that came to is remembered, for each version and machine.",
+)
 @allow_truncated_tail
 @seed
 @workers
@@ -85,8 +90,8 @@ _ON_TOP = (
 @as_json
 def validate_command(
     scene_files: tuple[Path, ...], out: Path, user_brdf: str | None, old: Path | None,
-    refined: bool, resume: bool, allow_truncated_tail: bool, seed: int, workers: int | None,
-    dry_run: bool, as_json: bool, **given: Any,
+    refined: bool, resume: bool, check_again: bool, allow_truncated_tail: bool, seed: int,
+    workers: int | None, dry_run: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Measure, predict, compare, and write the report; the built-in scenes by default.
 
@@ -141,8 +146,9 @@ def validate_command(
         )
         page.add(results[-1], sections.of_scene(results[-1], page.slug))
         page.write_so_far()
-    lasting, stable = _of_microsurf(run, seed, workers, laws=not scene_files)
-    document = page.finish(lasting, before, sections.of_all(results, lasting) + stable)
+    # The digits of the laws take half a minute, and are shown with the main job alone.
+    checked = _of_microsurf(run, seed, workers, digits=not scene_files, again=check_again)
+    document = page.finish(checked.invariants, before, sections.of_all(results, checked))
     run.finish()
     unexpected = report.unexpected(document)
     values = {
@@ -178,15 +184,13 @@ def _stages(run: Run, scene: Scene, seed: int, refined: bool, surface_paths: int
 
 
 def _of_microsurf(
-    run: Run, seed: int, workers: int | None, *, laws: bool
-) -> tuple[list[Invariant], list[Section]]:
+    run: Run, seed: int, workers: int | None, *, digits: bool, again: bool
+) -> SelfTest:
     """What holds whatever the scene: invariants, and how many digits of the laws are right."""
-    stages = run.stages(seed=seed)
-    lasting = stages.done("invariants", lambda: global_invariants(seed, workers, progress=True))
-    if not laws:  # half a minute that only the main job takes
-        return lasting, []
-    found = stages.done("stability", lambda: survey(quick=True, progress=True))
-    return lasting, [stability_section.section(found)]
+    return run.stages(seed=seed, digits=digits, again=again).done(
+        "self-test",
+        lambda: self_test(seed, workers, digits=digits, again=again, progress=True),
+    )
 
 
 def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Any
 from ..analysis import multiplicity
 from ..analysis.error_budget import assemble
 from ..analysis.error_budget.terms import TERMS
+from ..analysis.self_test import SelfTest
 from ..analysis.tradeoff.study import Tradeoff
 from ..analysis.validate import Validation
 from ..invariants import Invariant
 from ..results import albedos
+from . import stability_section
 from .figures import error_budget, masking, pareto, pareto_all, user_brdf
 from .figures.figure import Picture
 from .section import Section, Table
@@ -58,6 +60,8 @@ _DARK = "This scene reflects no light: it has no verdicts, no lobes and no albed
 _NO_FIGURE = "\n\nNo figure: there is no light to draw."
 _INVARIANTS = """What must hold whatever the surface, each with its distance from holding and the
 largest that is no fault. Those decided by chance alarm falsely in about one report of 10 000."""
+_CHECKED = """Checked on {date} UTC with this version of microsurf on this kind of machine, and
+remembered since: it depends on no scene. `microsurf validate --self-test` checks it now."""
 _FAMILY = """The {comparisons} intervals are of 95 % each, not corrected for their number. A verdict
 of holds or departs is wrong in {rate:.1%} of cases at most: up to {wrong:.1f} of all, if every
 truth lay at its margin (up to 4 % were measured for heavy tails on small tiles, where surfaces do
@@ -79,13 +83,16 @@ def of_scene(entry: Validation, slug: str) -> list[Section]:
     return [section for section in found if section is not None]
 
 
-def of_all(entries: Sequence[Validation], lasting: Iterable[Invariant]) -> list[Section]:
-    """Sections of the whole report."""
+def of_all(entries: Sequence[Validation], checked: SelfTest) -> list[Section]:
+    """Sections of the whole report; ``checked`` is what microsurf itself came to, and when."""
+    when = _CHECKED.format(date=checked.date)
     sections = [
         _multiplicity(entries),
         _frontiers(entries),
-        _invariants(lasting, "What must hold whatever the scene"),
+        _invariants(checked.invariants, "What must hold whatever the scene", when),
     ]
+    if checked.stability is not None:
+        sections.append(stability_section.section(checked.stability, when))
     return [section for section in sections if section is not None]
 
 
@@ -234,7 +241,7 @@ def _left_out(entry: Validation) -> Section | None:
     return Section("left-out", "What leaving out costs", text, (Table("Total albedo", rows),))
 
 
-def _invariants(invariants: Iterable[Invariant], title: str) -> Section | None:
+def _invariants(invariants: Iterable[Invariant], title: str, when: str = "") -> Section | None:
     rows = [
         {
             "what": row.name,
@@ -248,7 +255,8 @@ def _invariants(invariants: Iterable[Invariant], title: str) -> Section | None:
     ]
     if not rows:
         return None
-    return Section("invariants", title, _INVARIANTS, (Table("Invariants", rows, digits=2),))
+    text = "\n\n".join(filter(None, (_INVARIANTS, when)))
+    return Section("invariants", title, text, (Table("Invariants", rows, digits=2),))
 
 
 def _multiplicity(entries: Sequence[Validation]) -> Section | None:

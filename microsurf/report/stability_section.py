@@ -13,6 +13,8 @@ number of the problem leaves of inputs rounded to doubles. Kept are the digits r
 cost is forgiven: at least {enough:g} are wanted. NaN, infinite or negative were {wrong} of
 {asked} values at random places and at the corners of the box.
 
+{when}
+
 Again: microsurf stability --quick --out FOLDER"""
 _CAPTION = (
     "Decimal digits right, and attainable by inputs rounded to doubles, the fewest in each cell "
@@ -21,8 +23,8 @@ _CAPTION = (
 )
 
 
-def section(result: Stability) -> Section:
-    """Return its tables and pictures."""
+def section(result: Stability, when: str) -> Section:
+    """Return its tables and pictures; ``when`` says when it was made."""
     functions = Table(
         "Laws and samplers, each at the place where fewest digits are kept",
         [
@@ -63,6 +65,7 @@ def section(result: Stability) -> Section:
         "How many digits are right, and where meshes and traces end",
         _TEXT.format(
             box=BOX,
+            when=when,
             enough=ENOUGH,
             wrong=sum(row.nan + row.infinite + row.negative for row in result.counts),
             asked=sum(row.values for row in result.counts),

@@ -13,6 +13,7 @@ from scipy import stats
 
 from microsurf import measure
 from microsurf.analysis import planning
+from microsurf.analysis.self_test import SelfTest
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
 from microsurf.results import albedos, uncertainty
@@ -191,7 +192,8 @@ def test_a_run_begins_with_the_surfaces_and_rays_of_its_plan():
 
 def test_validate_says_its_plans_and_keeps_to_them(tmp_path, monkeypatch):
     command = import_module("microsurf.cli.validate")
-    monkeypatch.setattr(command, "global_invariants", lambda *_, **__: [])
+    checked = SelfTest([], None, "2020-01-01 00:00")
+    monkeypatch.setattr(command, "self_test", lambda *_, **__: checked)
     scene, out = tmp_path / "s.toml", tmp_path / "r"
     scene.write_text(
         "[roughness]\ngamma = 8\nsigma = 0.3\n[surface]\ncells = 48\nrealisations = 2\n"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from microsurf import model, trace
+from microsurf.analysis.self_test import SelfTest
 from microsurf.analysis.tradeoff import from_validation, methods, pareto
 from microsurf.analysis.tradeoff.from_validation import frontier_of
 from microsurf.analysis.validate import Validation
@@ -21,6 +22,7 @@ SCENE = Scene(
 )
 SPENT = 0.25
 OFF = 1.5
+CHECKED = SelfTest([], None, "2020-01-01 00:00")
 
 
 @pytest.fixture(scope="module")
@@ -76,10 +78,10 @@ def test_sections_of_scenes_and_of_all(found, measured):
     assert len(picture.rows) == sum(len(points) for points in found.points.values())
     assert not any(row["model"] == "surface" for row in picture.rows)
     other = replace(entry, name="other")
-    (over_all,) = sections.of_all([entry, other, bare], [])
+    (over_all,) = sections.of_all([entry, other, bare], CHECKED)
     assert {row["rung"] for row in over_all.pictures[0].rows} == {r.method.name for r in found.runs}
     assert {row["scenes"] for row in over_all.pictures[0].rows} == {2}
-    assert sections.of_all([entry, bare], []) == []  # it would say the same again
+    assert sections.of_all([entry, bare], CHECKED) == []  # it would say the same again
 
 
 def test_a_flat_scene_has_one_rung_that_is_right():

@@ -1,0 +1,58 @@
+"""What checks microsurf and not a scene: run once for each version and machine, and remembered."""
+
+from dataclasses import dataclass
+
+from ..invariants import Invariant, broken, global_invariants
+from ..stability import Stability, survey
+from ..trace.engine import AUTO
+from .remembered import remembered
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """What must hold whatever the scene; how many digits are right; when the older was seen."""
+
+    invariants: list[Invariant]
+    stability: Stability | None
+    date: str
+
+
+def self_test(
+    seed: int = 0,
+    workers: int | None = None,
+    *,
+    digits: bool = True,
+    again: bool = False,
+    progress: bool = False,
+) -> SelfTest:
+    """Check microsurf, or give what that came to when this version was first checked here.
+
+    Parameters
+    ----------
+    seed : int
+        Of surfaces and rays; each is remembered apart.
+    workers : int, optional
+        Threads; default one for each core. The figures do not depend on it.
+    digits : bool
+        Whether to map also how many digits are right.
+    again : bool
+        Check now, whatever is remembered.
+    progress : bool
+        Show progress bars on standard error if that is a terminal.
+
+    """
+    held = remembered(
+        f"invariants, engine {AUTO}, seed {seed}",
+        lambda: global_invariants(seed, workers, progress=progress),
+        lambda found: not broken(found),
+        again=again,
+    )
+    if not digits:
+        return SelfTest(held.value, None, held.date)
+    mapped = remembered(
+        "stability, quick",
+        lambda: survey(quick=True, progress=progress),
+        lambda found: found.sound,
+        again=again,
+    )
+    return SelfTest(held.value, mapped.value, min(held.date, mapped.date))
