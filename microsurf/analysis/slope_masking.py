@@ -144,7 +144,7 @@ def _look(
 ) -> _Seen:
     surface_mesh = mesh(surface)
     rough, material = scene.roughness, scene.material
-    tile = EmbreeTile(from_heights(surface_mesh.heights, surface_mesh.flipped))
+    tile = EmbreeTile(from_heights(surface_mesh.heights, surface_mesh.flipped, surface_mesh.aspect))
     facets = facets_of(tile.grid, rough.sigma_x, rough.sigma_y, edges)
     sides = _azimuths(scene, surface, realisation)
     rays = -(-RAYS // len(sides))

@@ -11,7 +11,6 @@ cells) or by *mirrors* along the grid's edges: one period of that is
 the mirrored diagonal.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -30,8 +29,8 @@ Array = NDArray[np.float64]
 Spacing = float | tuple[float, float]
 """Distance of neighbouring grid points, or those along x and y."""
 
-SQUARE = 1e-3
-"""Relative difference of dx and dy up to which a pixel counts as square, of their mean."""
+MAX_ASPECT = 1e3
+"""Times the longer side of a cell may be as long as the shorter one where rays are traced."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,19 +165,22 @@ def spacing_pair(spacing: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """One period of the surface in units of a cell, for tracing.
+    """One period of the surface in units of a cell's width, for tracing.
 
     Parameters
     ----------
     heights : ndarray, shape (rows, columns)
-        Heights over spacing, of mean zero; periodic, so as many cells.
+        Heights over dx, of mean zero; periodic, so as many cells.
     flipped : ndarray of bool, shape (rows, columns)
         Cells split by the other diagonal, from (x+1, y) to (x, y+1).
+    aspect : float
+        Width of a cell over its depth, dx/dy.
 
     """
 
     heights: Array
     flipped: NDArray[np.bool_]
+    aspect: float = 1.0
 
 
 def mesh(h: Heightfield) -> Mesh:
@@ -190,32 +192,19 @@ def mesh(h: Heightfield) -> Mesh:
     Raises
     ------
     InputError
-        If the pixel is not square: rays walk over square cells.
-
-    """
-    side = cell_side(h)
-    heights, flipped = unfolded(h)
-    heights = heights / side
-    # After the division: subtracting first would round differently in another unit.
-    return Mesh(heights - heights.mean(), flipped)
-
-
-def cell_side(h: Heightfield) -> float:
-    """Side of a square cell; the geometric mean of sides that differ by 1e-3 at most.
-
-    Raises
-    ------
-    InputError
-        If the pixel is not square: rays walk over square cells.
+        If one side of a cell is more than MAX_ASPECT times the other.
 
     """
     dx, dy = h.pixel
-    if abs(dy / dx - 1) > SQUARE:
+    if max(dx, dy) > MAX_ASPECT * min(dx, dy):
         raise InputError(
-            f"a pixel of {dx:g} × {dy:g}: rays need a square one, to {SQUARE:g}; "
-            "`microsurf fit` takes any"
+            f"a pixel of {dx:g} × {dy:g}: rays take sides up to {MAX_ASPECT:g} times as long as "
+            "the other; check the spacing"
         )
-    return dx if dx == dy else math.sqrt(dx) * math.sqrt(dy)
+    heights, flipped = unfolded(h)
+    heights = heights / dx
+    # After the division: subtracting first would round differently in another unit.
+    return Mesh(heights - heights.mean(), flipped, dx / dy)
 
 
 def unfolded(h: Heightfield) -> tuple[Array, NDArray[np.bool_]]:

@@ -43,8 +43,6 @@ def origin(h: Heightfield, name: str) -> list[str]:
             f"pixel {dx:.6g} × {dy:.6g} µm, heights in {told['unit_in_file']} taken to µm, "
             f"{told['orientation']}"
         )
-        if dx != dy:
-            result.append(f"{name}: rays take the mean of {dx:.6g} and {dy:.6g} for its pixel")
     voids = told.get("voids", {"share": 0.0})
     if voids["share"] > 0:
         done = (

@@ -7,7 +7,7 @@ from .. import memory, seeds
 from ..errors import InputError
 from ..scene import Scene, Surface
 from .detrend import level
-from .heightfield import Heightfield, cell_side
+from .heightfield import Heightfield
 from .io import read_surface
 from .plausibility import assumed, examine, origin
 from .synthesis import generate_surface
@@ -54,10 +54,6 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
     if wanted.file is not None:
         surface = level(read_asked(wanted), wanted.level)
         examine(surface, wanted.file)
-        try:
-            cell_side(surface)
-        except InputError as error:
-            raise InputError(f"{wanted.file}: {error}") from error
         return surface
     if wanted.boundary == "mirror" or wanted.level != "none":
         raise InputError(

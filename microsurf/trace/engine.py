@@ -5,9 +5,9 @@ mesh in float32. They share the facet events, never the traversal.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..scene import Scene
+from ..surface import Mesh
 from . import exact, wavefront
 from .embree import EmbreeTile
 from .exact import ExactTile, exact_tile
@@ -26,11 +26,11 @@ def engine_of(scene: Scene) -> str:
     return scene.accuracy.engine or AUTO
 
 
-def tile_of(engine: str, heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> AnyTile:
-    """Make one period of heights in cells ready for an engine, see `surface.mesh`."""
+def tile_of(engine: str, period: Mesh) -> AnyTile:
+    """Make one period of a surface ready for an engine."""
     if engine == "exact":
-        return exact_tile(heights, flipped)
-    return EmbreeTile(from_heights(heights, flipped))
+        return exact_tile(period.heights, period.flipped, period.aspect)
+    return EmbreeTile(from_heights(period.heights, period.flipped, period.aspect))
 
 
 def plane(engine: str) -> AnyTile:

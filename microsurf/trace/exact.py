@@ -44,6 +44,8 @@ class ExactTile(NamedTuple):
         Cells of the period.
     bottom, top : float
         Lowest and greatest height.
+    aspect : float
+        Width of a cell over its depth, see `grid.Grid`.
 
     """
 
@@ -56,9 +58,12 @@ class ExactTile(NamedTuple):
     rows: int
     bottom: float
     top: float
+    aspect: float
 
 
-def exact_tile(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> ExactTile:
+def exact_tile(
+    heights: NDArray[np.float64], flipped: NDArray[np.bool_], aspect: float = 1.0
+) -> ExactTile:
     """Prepare one period of heights in cells, shape (rows, columns), see `surface.mesh`."""
     rows, columns = heights.shape
     kind = np.float32 if np.abs(heights).max() <= FINE else np.float64
@@ -76,6 +81,7 @@ def exact_tile(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> Exac
         rows,
         float(vertices.min()),
         float(vertices.max()),
+        aspect,
     )
 
 

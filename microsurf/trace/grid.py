@@ -39,6 +39,9 @@ class Grid(NamedTuple):
     levels : ndarray of int64, shape (levels, 4)
         Of each level: the power of two that is a block's side in cells, its first
         entry in ``tops``, its blocks along x and y.
+    aspect : float
+        Width of a cell over its depth: a direction (dx, dy, dz) is (dx, aspect · dy, dz)
+        in cells, a slope ∂z/∂y there is aspect times as large outside.
 
     """
 
@@ -50,6 +53,7 @@ class Grid(NamedTuple):
     top: float
     tops: NDArray[np.float32]
     levels: NDArray[np.int64]
+    aspect: float = 1.0
 
     @property
     def x0(self) -> float:
@@ -67,8 +71,10 @@ class Grid(NamedTuple):
         return max(-self.x0, -self.y0, abs(self.bottom), abs(self.top))
 
 
-def from_heights(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> Grid:
-    """Add the margin to one period of heights in cells, shape (rows, columns).
+def from_heights(
+    heights: NDArray[np.float64], flipped: NDArray[np.bool_], aspect: float = 1.0
+) -> Grid:
+    """Add the margin to one period of heights in cells, see `surface.mesh`.
 
     Raises InputError if the relief is beyond MAX_RELIEF.
     """
@@ -92,6 +98,7 @@ def from_heights(heights: NDArray[np.float64], flipped: NDArray[np.bool_]) -> Gr
         top=float(vertices.max()),
         tops=tops,
         levels=levels,
+        aspect=aspect,
     )
 
 

@@ -83,6 +83,7 @@ def facets_of(grid: Grid, sigma_x: float, sigma_y: float, edges: Array) -> MeshF
     left, right = along_y[:, :-1], along_y[:, 1:]
     p = np.stack([along_x[:-1], along_x[1:]], axis=-1).ravel()
     q = np.stack([np.where(flipped, left, right), np.where(flipped, right, left)], axis=-1).ravel()
+    q *= grid.aspect
     place = np.searchsorted(edges, np.hypot(p / sigma_x, q / sigma_y), "right") - 1
     return MeshFacets(p, q, place, len(edges) - 1)
 
@@ -148,7 +149,7 @@ def _first_hits(
     points = ray_origins(rays, grid, rng, 0, 1)
     dx, dy, dz = -light_direction(theta, phi)
     hit, free = np.full(rays, -1, np.int32), np.zeros(rays, np.bool_)
-    ray_batch, next_batch = empty_ray_batch(BATCH_SIZE), empty_ray_batch(BATCH_SIZE)
+    ray_batch, next_batch = (empty_ray_batch(BATCH_SIZE, grid.aspect) for _ in range(2))
     active = started = lost = 0
     while True:
         fresh = min(BATCH_SIZE - active, rays - started)

@@ -188,7 +188,8 @@ def trace(
     blocked_counts = np.ones((LIKE, detector.RINGS + 1), np.int64)
     fans = FanWork(rings, blocked_counts, np.zeros(len(rings.edges) - 1), np.zeros(FAN))
     # Every light ray needs room for all it is split into.
-    ray_batch, next_batch = (empty_ray_batch(max(BATCH_SIZE, facet.branches)) for _ in range(2))
+    size = max(BATCH_SIZE, facet.branches)
+    ray_batch, next_batch = (empty_ray_batch(size, grid.aspect) for _ in range(2))
     active = unmet = started = traced = grazes = leaks = 0
     while True:
         room = len(ray_batch.weight) - active - (facet.branches - 1) * unmet

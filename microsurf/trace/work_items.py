@@ -53,7 +53,7 @@ class Realisation:
         surface = self.given or surface_of(self.scene, self.seed, self.number)
         made = mesh(surface)
         memory.require(made.heights.size, memory.TRACE_BYTES_PER_CELL, "surface")
-        return engine.tile_of(name, made.heights, made.flipped)
+        return engine.tile_of(name, made)
 
 
 @dataclass(frozen=True)

@@ -95,15 +95,3 @@ def test_where_a_surface_comes_from_and_its_voids_are_said(tmp_path):
     assert "x3p read by x3pio" in notes[0]
     assert "pixel 2 × 2 µm" in notes[0]
     assert "15.00% of its points were not measured: filled" in notes[1]
-
-
-def test_oblong_pixels_are_refused_before_rays(tmp_path):
-    heights = np.random.default_rng(92).normal(size=(40, 50))
-    for dy, fits in ((2.001, True), (3.0, False)):
-        write_surface(Heightfield(heights, (2.0, dy), "mirror"), tmp_path / "s.x3p")
-        scene = Scene(surface=Surface(file=str(tmp_path / "s.x3p")))
-        if fits:
-            assert "rays take the mean of 2 and 2.001" in notes_on_file(scene)[1]
-        else:
-            with pytest.raises(InputError, match=r"s\.x3p: a pixel of 2 × 3: rays need a square"):
-                surface_of(scene, 0, 0)

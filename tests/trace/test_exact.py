@@ -113,8 +113,8 @@ def test_both_engines_measure_the_same(judge, facets, n, theta):
     """By order and kind; negative control: another surface of the same kind."""
     made = mesh(generate_surface(2.0, 0.6, cells=64, seed=3))
     other = mesh(generate_surface(2.0, 0.75, cells=64, seed=4))
-    tiles = [engine.tile_of(name, made.heights, made.flipped) for name in ("exact", "embree")]
-    tiles.append(engine.tile_of("exact", other.heights, other.flipped))
+    tiles = [engine.tile_of(name, made) for name in ("exact", "embree")]
+    tiles.append(engine.tile_of("exact", other))
     (a, da), (b, db), (c, dc) = (
         by_order_and_kind(follow(tile, theta, facets, seed=judge.seed(k)), n=n)
         for k, tile in enumerate(tiles)
@@ -129,7 +129,7 @@ def test_lobes_of_both_engines_agree(judge):
     made = mesh(generate_surface(8.0, 0.7, cells=64, seed=3))
     lobes = []
     for k, name in enumerate(("exact", "embree")):
-        tile = engine.tile_of(name, made.heights, made.flipped)
+        tile = engine.tile_of(name, made)
         runs = (
             np.array(
                 [

@@ -251,7 +251,7 @@ def test_skipping_empty_space_changes_nothing():
         found = []
         no_tops = np.full_like(grid.tops, grid.top)
         for tops in (grid.tops, no_tops):
-            ray_batch = empty_ray_batch(count)
+            ray_batch = empty_ray_batch(count, 1.0)
             empty_space.launch(
                 0, start, 0, count, *incident, 1, ray_batch,
                 grid._replace(tops=tops), Frame(grid.x0, grid.y0, grid.top + 1e-3, grid.reach),

@@ -83,12 +83,13 @@ def launch(first, ray_origins, begin, end, dx, dy, dz, batches, rays, grid, fram
     """Put light rays into the batch from ``first`` on, brought near the surface.
 
     They are those from ``begin`` to ``end`` of ``ray_origins``, points in the plane above
-    everything.
+    everything, in cells; (dx, dy, dz) is not in cells, see `Grid.aspect`.
     """
     for k in range(begin, end):
         _, px, py, pz, wraps = advance(
-            ray_origins[k, 0], ray_origins[k, 1], frame.top, dx, dy, dz, grid.tops, grid.levels,
-            frame.x0 + MARGIN, frame.y0 + MARGIN, grid.columns, grid.rows, frame.top, frame.reach,
+            ray_origins[k, 0], ray_origins[k, 1], frame.top, dx, dy * grid.aspect, dz,
+            grid.tops, grid.levels, frame.x0 + MARGIN, frame.y0 + MARGIN,
+            grid.columns, grid.rows, frame.top, frame.reach,
         )  # fmt: skip
         push_ray(rays, first + k - begin, px, py, pz, dx, dy, dz, 1.0, 0, 0, wraps, k % batches)
 
@@ -99,7 +100,7 @@ def push_ray(rays, r, px, py, pz, dx, dy, dz, weight, order, body, wraps, batch)
     rays.origins[r, 0], rays.origins[r, 1], rays.origins[r, 2] = px, py, pz
     rays.embree_directions[r, 0], rays.embree_directions[r, 1], rays.embree_directions[r, 2] = (
         dx,
-        dy,
+        dy * rays.aspect,
         dz,
     )
     rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2] = dx, dy, dz

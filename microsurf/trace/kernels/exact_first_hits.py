@@ -8,7 +8,7 @@ from .exact_walk import sideways, walk
 
 @compiled
 def first_facets(tile, origins, directions, facet, point):
-    """Find what each ray meets first; rays start above the surface, anywhere.
+    """Find what each ray meets first; rays start above the surface, anywhere, see `walk`.
 
     Fills the facets' numbers, 2c + side for cell c of the period, −1 for none, and the points
     where they are met, in the period.

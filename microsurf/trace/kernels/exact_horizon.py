@@ -25,7 +25,7 @@ def first_blocked(
     unit vector (across_x, across_y); see `fans` for the others.
     """
     dx = across_x if abs(across_x) > LEAST else LEAST
-    dy = across_y if abs(across_y) > LEAST else LEAST
+    dy = tile.aspect * (across_y if abs(across_y) > LEAST else LEAST)
     step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
     ahead_x, ahead_y = int(dx > 0), int(dy > 0)
     quadrant = (1 - ahead_x) + 2 * (1 - ahead_y)
@@ -131,8 +131,9 @@ _WIDE = 3  # the first level whose blocks are wider than that
 def free_flight(tile, bx, by, dx, dy, dz):
     """How far light that starts above everything in a block of FOOTPRINT² cells surely flies.
 
-    The block's first cell is (bx, by), light comes down along (dx, dy, dz).
+    The block's first cell is (bx, by), light comes down along (dx, aspect · dy, dz) in cells.
     """
+    dy *= tile.aspect
     ahead_x, ahead_y = int(dx > 0), int(dy > 0)
     quadrant = (1 - ahead_x) + 2 * (1 - ahead_y)
     # The block's rear corner, and the one that is foremost.

@@ -94,7 +94,7 @@ def trace_light(
         t = free
         if t > 0:
             # Back into the period, the start too: coordinates count from the cell's period.
-            ix, iy = int(np.floor(x + t * dx)), int(np.floor(y + t * dy))
+            ix, iy = int(np.floor(x + t * dx)), int(np.floor(y + t * dy * tile.aspect))
             cx, cy = ix % tile.columns, iy % tile.rows
             x, y = x - (ix - cx), y - (iy - cy)
         z, side = tile.top, -1

@@ -82,13 +82,14 @@ def facet_plane(tile, cx, cy, side):
 def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
     """Follow a ray from t on until it meets a facet or is above everything for good.
 
-    The ray is (x, y, z) + t (dx, dy, dz) in cells, |dx| and |dy| ≥ LEAST; x, y at t lie in
-    cell (cx, cy) of the period, counted from where the ray's coordinates start. ``own`` is the
-    side of that cell whose facet the ray leaves, −1 for none.
+    The ray is (x, y, z) + t (dx, aspect · dy, dz) in cells, |dx| and |dy| ≥ LEAST; x, y at t
+    lie in cell (cx, cy) of the period, counted from where the ray's coordinates start. ``own``
+    is the side of that cell whose facet the ray leaves, −1 for none.
 
     Returns the side that was met, −1 if the ray is out; its cell; the place in it; slopes p, q
     of the facet and the height of the point.
     """
+    dy *= tile.aspect
     step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
     ahead_x, ahead_y = int(dx > 0), int(dy > 0)
     quadrant = (1 - ahead_x) + 2 * (1 - ahead_y)
@@ -208,4 +209,4 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
                 cy = 0
             elif cy < 0:
                 cy = tile.rows - 1
-    return met, cx, cy, fx, fy, p, q, height
+    return met, cx, cy, fx, fy, p, q * tile.aspect, height

@@ -31,15 +31,17 @@ def classify_ray(r, rays, hits, grid, frame, goes_on):
     """
     again, wraps = rays.state[r, RETRIES], rays.state[r, WRAPS]
     grazed = False
-    mx = my = mz = mu = 0.0
+    mx = my = mz = mu = facing = 0.0
     if hits.triangle[r] < 0:
         status, px, py, pz, wraps = _onward(r, rays, grid, frame)
     else:
-        mx, my, mz, mu, grazed, px, py, pz = reconstruct_hit(r, rays, hits, grid, frame, goes_on)
+        mx, my, mz, mu, facing, grazed, px, py, pz = reconstruct_hit(
+            r, rays, hits, grid, frame, goes_on
+        )
         status = ON_FACET
         if grazed:
             status = CONTINUES
-        elif mu < -_BACK:
+        elif facing < -_BACK:
             status = BEHIND
     if status in (BELOW, BEHIND) and again < _AGAIN:
         # Embree lets a ray through an edge, once in 1e9: from a little above it does not.
@@ -79,7 +81,8 @@ def _onward(r, rays, grid, frame):
 
     Returns its status, where it is now, times round the period.
     """
-    dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
+    dx, dz = rays.directions[r, 0], rays.directions[r, 2]
+    dy = rays.directions[r, 1] * grid.aspect
     px, py = float(rays.origins[r, 0]), float(rays.origins[r, 1])
     pz = float(rays.origins[r, 2])
     wraps = rays.state[r, WRAPS]
@@ -115,7 +118,7 @@ def _onward(r, rays, grid, frame):
 
 @inlined
 def reconstruct_hit(r, rays, hits, grid, frame, goes_on):
-    """The facet a ray met: normal, cosine of incidence, whether grazed, the next ray's start.
+    """The facet a ray met: normal, cosine of incidence, that in cells, whether grazed, next start.
 
     The start is only found for a ray that ``goes_on`` from here, or grazed.
     """
@@ -126,19 +129,26 @@ def reconstruct_hit(r, rays, hits, grid, frame, goes_on):
     ax, ay, az, bx, by, bz, ex, ey, ez, p, q = _corners(
         cell_x, cell_y, side, grid.heights, grid.flipped
     )
+    # Light sees the facet with its true normal; where rays start is found in cells.
+    dx, dy, dz = rays.directions[r, 0], rays.directions[r, 1], rays.directions[r, 2]
+    slope_y = q * grid.aspect
+    length = np.sqrt(1 + p * p + slope_y * slope_y)
+    mx, my, mz = -p / length, -slope_y / length, 1 / length
+    mu = -(dx * mx + dy * my + dz * mz)
+    dy *= grid.aspect
     length = np.sqrt(1 + p * p + q * q)
-    mx, my, mz = -p / length, -q / length, 1 / length
-    mu = -(rays.directions[r, 0] * mx + rays.directions[r, 1] * my + rays.directions[r, 2] * mz)
+    nx, ny, nz = -p / length, -q / length, 1 / length
+    facing = -(dx * nx + dy * ny + dz * nz) / np.sqrt(dx * dx + dy * dy + dz * dz)
     wb, we = float(hits.u[r]), float(hits.v[r])
     wa = 1 - wb - we
     grazed = False
-    if mu < -_BACK:
+    if facing < -_BACK:
         # The far side of a ridge, met where the ray passes its edge: distances in the
-        # plane across the ray are heights of the triangle times |μ|.
+        # plane across the ray are heights of the triangle times |facing|.
         ox, oy, oz = rays.origins[r, 0], rays.origins[r, 1], rays.origins[r, 2]
         cx, cy = cell_x + frame.x0, cell_y + frame.y0
         far = 2 + np.sqrt((cx - ox) ** 2 + (cy - oy) ** 2 + (az - oz) ** 2)
-        far *= _PASSES / (length * -mu)
+        far *= _PASSES / (length * -facing)
         grazed = (
             wa < far * _edge(bx - ex, by - ey, bz - ez)
             or wb < far * _edge(ax - ex, ay - ey, az - ez)
@@ -147,14 +157,14 @@ def reconstruct_hit(r, rays, hits, grid, frame, goes_on):
     px = py = pz = 0.0
     if goes_on or grazed:
         # See the module's text.
-        step = OFFSET * frame.reach * (abs(mx) + abs(my) + abs(mz))
-        inset = min(0.25, 2 * step * np.hypot(mx, my) + 2.0**-22 * frame.reach)
+        step = OFFSET * frame.reach * (abs(nx) + abs(ny) + abs(nz))
+        inset = min(0.25, 2 * step * np.hypot(nx, ny) + 2.0**-22 * frame.reach)
         wa, wb, we = max(wa, inset), max(wb, inset), max(we, inset)
         total = wa + wb + we
         wa, wb, we = wa / total, wb / total, we / total
         px = (cell_x - MARGIN) % grid.columns + MARGIN + frame.x0
         py = (cell_y - MARGIN) % grid.rows + MARGIN + frame.y0
-        px += wa * ax + wb * bx + we * ex + step * mx
-        py += wa * ay + wb * by + we * ey + step * my
-        pz = wa * az + wb * bz + we * ez + step * mz
-    return mx, my, mz, mu, grazed, px, py, pz
+        px += wa * ax + wb * bx + we * ex + step * nx
+        py += wa * ay + wb * by + we * ey + step * ny
+        pz = wa * az + wb * bz + we * ez + step * nz
+    return mx, my, mz, mu, facing, grazed, px, py, pz

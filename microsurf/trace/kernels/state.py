@@ -33,13 +33,15 @@ class RayBatch(NamedTuple):
     origins, embree_directions : ndarray of float32, shape (rays, 3)
         As Embree takes them, in cells.
     directions : ndarray, shape (rays, 3)
-        Unit vectors along which they travel.
+        Unit vectors along which they travel, not in cells.
     weight : ndarray, shape (rays,)
         Light they carry, in units of one light ray's.
     state : ndarray of int64, shape (rays, 8)
         Columns ORDER … RETRIES.
     fan : ndarray, shape (rays, 9)
         The numbers of a fan's ray, columns `fans.START_X` and following.
+    aspect : float
+        Width of a cell over its depth, see `grid.Grid`.
 
     """
 
@@ -49,9 +51,10 @@ class RayBatch(NamedTuple):
     weight: NDArray[np.float64]
     state: NDArray[np.int64]
     fan: NDArray[np.float64]
+    aspect: float
 
 
-def empty_ray_batch(size: int) -> RayBatch:
+def empty_ray_batch(size: int, aspect: float) -> RayBatch:
     """Room for ``size`` rays."""
     return RayBatch(
         np.zeros((size, 3), np.float32),
@@ -60,6 +63,7 @@ def empty_ray_batch(size: int) -> RayBatch:
         np.zeros(size),
         np.zeros((size, 8), np.int64),
         np.zeros((size, 9)),
+        aspect,
     )
 
 
