@@ -1,10 +1,9 @@
 """Explicit Student-t microsurfaces, ray-traced and compared with microfacet theory."""
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import Any
 
-__version__ = version("microsurf")
+__version__: str
 
 _WHERE = {
     "Heightfield": "surface",
@@ -22,6 +21,8 @@ __all__ = [*_WHERE, "__version__"]  # noqa: PLE0604 - they are strings
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for only then: `microsurf --help` need not wait for Embree."""
+    if name == "__version__":
+        return import_module("importlib.metadata").version("microsurf")
     if name not in _WHERE:
         raise AttributeError(f"module 'microsurf' has no attribute {name!r}")
     return getattr(import_module(f".{_WHERE[name]}", __name__), name)

@@ -14,8 +14,12 @@ from judge import KEY, Ledger, fresh, judge, new_seed, verdict
 
 __all__ = ["judge", "new_seed"]  # fixtures
 
-# As the command line has it: matplotlib refuses to be imported with a notebook's backend.
+# As the command line has it: matplotlib refuses to be imported with a notebook's backend, or
+# with a matplotlibrc that is not in UTF-8.
 os.environ.pop("MPLBACKEND", None)
+os.environ["MATPLOTLIBRC"] = os.devnull
+# A test's children write as it reads them.
+os.environ.pop("PYTHONIOENCODING", None)
 
 # The machine is busy: how long one example takes says nothing about the law.
 settings.register_profile("microsurf", deadline=None)

@@ -1,117 +1,21 @@
-"""The command line's entry: gives every error one line and its exit code."""
+"""The command line's entry: answers Ctrl-C from the first moment, so it loads nothing itself."""
 
-import codecs
 import os
 import signal
-import sys
-import traceback
-import unicodedata
-from importlib.metadata import PackageNotFoundError, metadata
-from pathlib import Path
-from types import FrameType
-from typing import NoReturn
-
-import click
-
-from ..errors import MicrosurfError
-
-TRACEBACK = "MICROSURF_TRACEBACK"
-"""Environment variable: if it is set, errors print their traceback first."""
 
 
 def main() -> None:
     """Run the command line with its exit codes: every error is one line on stderr."""
-    if sys.stderr is None:  # closed by the caller: progress bars can't bear that
-        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - to the end
-    _print_anywhere()
-    # Of notebooks, whose module is often missing where this runs: matplotlib would not load.
-    os.environ.pop("MPLBACKEND", None)
     # Libraries swallow or misreport a Ctrl-C that meets them while they load: nothing
     # has begun yet, so it ends the process here. Whoever ignores it goes on ignoring it.
     usual = signal.getsignal(signal.SIGINT)
     if usual is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _stop)
-    try:
-        from . import interrupt  # noqa: PLC0415 - late: it loads LLVM
-        from .group import cli  # noqa: PLC0415 - late: it loads all commands
+    from .exit_codes import run  # noqa: PLC0415 - late: half of the time that --version takes
 
-        signal.signal(signal.SIGINT, usual)
-        # Not cli.main(), which prints an empty line of its own at Ctrl-C.
-        with cli.make_context("microsurf", sys.argv[1:] or ["--help"]) as context:
-            interrupt.arm()
-            try:
-                cli.invoke(context)
-            finally:
-                interrupt.disarm()
-    except MicrosurfError as error:
-        _fail(str(error), error.exit_code)
-    except click.exceptions.Exit as done:
-        sys.exit(done.exit_code)
-    except click.ClickException as error:
-        _fail(error.format_message(), 2)
-    except (KeyboardInterrupt, click.Abort):
-        interrupt.end()
-        sys.exit(130)
-    except BrokenPipeError:
-        # The reader of --help has gone; or Python complains when it flushes at the end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (OSError, MemoryError) as error:
-        _fail(f"could not finish: {error or 'out of memory'}", 3)
-    except Exception as error:  # noqa: BLE001 - 1, as Python ends, would mean a verdict
-        what = ": ".join(filter(None, (type(error).__name__, str(error))))
-        _fail(f"fault in microsurf ({what[:300]}); please report it{_where()}", 3)
+    run(usual)
 
 
-def _where() -> str:
-    """Where faults are reported, and how to see more of this one."""
-    trace = f"with what {TRACEBACK}=1 prints before this line"
-    try:
-        links = metadata("microsurf").get_all("Project-URL") or []
-    except PackageNotFoundError:
-        links = []
-    for link in links:
-        name, _, address = link.partition(", ")
-        if name == "Issues":
-            return f" at {address} {trace}"
-    return f" {trace}"
-
-
-def _print_anywhere() -> None:
-    """Let γ, ≥ and odd file names be printed whatever the terminal or file can take."""
-    codecs.register_error("microsurf", _spelled)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="microsurf")
-
-
-_SPELLED = str.maketrans(
-    {"−": "-", "–": "-", "≤": "<=", "≥": ">=", "→": "->", "·": "*", "×": "x", "√": "sqrt",
-     "∞": "inf", "°": " deg", "’": "'", "✓": "ok", "━": "-"}
-)  # fmt: skip
-
-
-def _spelled(error: UnicodeError) -> tuple[str, int]:
-    """Spell letters that an encoding lacks: gamma for γ, 2 for ², ? where nothing is like it."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    spelled = ""
-    for letter in error.object[error.start : error.end]:
-        name = unicodedata.name(letter, "")
-        plain = unicodedata.normalize("NFKD", letter.translate(_SPELLED))
-        if name.startswith("GREEK SMALL LETTER "):
-            spelled += name.split()[3].lower()
-        else:
-            spelled += plain.encode("ascii", "ignore").decode() or "?"
-    return spelled, error.end
-
-
-def _stop(_: int, __: FrameType | None) -> NoReturn:
+def _stop(*_: object) -> None:
     os.write(2, b"microsurf: interrupted\n")
     os._exit(130)
-
-
-def _fail(message: str, code: int) -> NoReturn:
-    if os.environ.get(TRACEBACK):
-        traceback.print_exc()
-    click.echo("microsurf: " + " ".join(message.split()), err=True)
-    sys.exit(code)

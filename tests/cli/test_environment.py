@@ -40,11 +40,46 @@ def test_the_backend_of_a_notebook_breaks_no_command(prediction, command):
     assert (ran.returncode, ran.stderr) == (0, "")
 
 
-def test_a_matplotlibrc_changes_no_figure(prediction, tmp_path):
-    (tmp_path / "matplotlibrc").write_text(
-        "text.usetex: True\naxes.facecolor: red\nfont.size: 30\nsavefig.bbox: tight\n"
-    )
+GARBAGE = b"""text.usetex: True
+axes.facecolor: red
+font.size: 30
+savefig.bbox: tight
+backend: nonsense
+figure.dpi: minus one
+no.such.key: 3
+this line is not one
+"""
+
+
+@pytest.mark.parametrize("text", [GARBAGE, "font.family: café".encode("latin-1")])
+def test_a_matplotlibrc_changes_no_figure(prediction, tmp_path, text):
+    """Nor is it mentioned: of one in Latin-1 the import of matplotlib ended in a traceback."""
+    (tmp_path / "matplotlibrc").write_bytes(text)
     for rc, out in ({}, "plain.svg"), ({"MATPLOTLIBRC": str(tmp_path / "matplotlibrc")}, "odd.svg"):
         ran = run(prediction, "plot", "smith.nc", "--out", out, **rc)
         assert (ran.returncode, ran.stderr) == (0, "")
     assert (prediction / "odd.svg").read_bytes() == (prediction / "plain.svg").read_bytes()
+
+
+def test_a_matplotlibrc_in_this_folder_changes_no_figure(prediction, tmp_path):
+    """There matplotlib finds it before any other; in Latin-1 it is refused."""
+    (tmp_path / "smith.nc").write_bytes((prediction / "smith.nc").read_bytes())
+    assert run(tmp_path, "plot", "smith.nc", "--out", "plain.svg").returncode == 0
+    (tmp_path / "matplotlibrc").write_bytes(GARBAGE)
+    ran = run(tmp_path, "plot", "smith.nc", "--out", "odd.svg")
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert (tmp_path / "odd.svg").read_bytes() == (tmp_path / "plain.svg").read_bytes()
+    (tmp_path / "matplotlibrc").write_bytes("font.family: café".encode("latin-1"))
+    ran = run(tmp_path, "plot", "smith.nc", "--out", "none.svg")
+    assert ran.returncode == 2
+    assert ran.stderr.startswith("microsurf: matplotlibrc: is not text in UTF-8")
+    assert ran.stderr.count("\n") == 1
+    assert not (tmp_path / "none.svg").exists()
+
+
+def test_a_home_where_nothing_can_be_written_is_not_mentioned(prediction, tmp_path):
+    """matplotlib says so in two lines; a file in the place of a folder can't be written to."""
+    (tmp_path / "home").write_text("")
+    homes = {name: str(tmp_path / "home") for name in ("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME")}
+    ran = run(prediction, "plot", "smith.nc", "--out", "homeless.svg", **homes)
+    assert (ran.returncode, ran.stderr) == (0, "")

@@ -8,7 +8,7 @@ from importlib import import_module
 
 import pytest
 
-from microsurf.cli import entry
+from microsurf.cli import entry, exit_codes
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_a_fault_is_3_and_one_line_that_says_where_to_tell(fault, error):
     assert err.count("\n") == 1
     assert type(error).__name__ in err
     assert "report it" in err
-    assert entry.TRACEBACK in err
+    assert exit_codes.TRACEBACK in err
 
 
 def test_its_address_is_that_of_the_package(fault, monkeypatch):
@@ -46,14 +46,14 @@ def test_its_address_is_that_of_the_package(fault, monkeypatch):
         def get_all(self, _):
             return ["Home, https://a.example", "Issues, https://b.example/issues"]
 
-    monkeypatch.setattr(entry, "metadata", lambda _: Metadata())
+    monkeypatch.setattr(exit_codes, "metadata", lambda _: Metadata())
     assert "report it at https://b.example/issues with" in fault(ValueError("x"))[2]
 
 
 @pytest.mark.parametrize("error", [ValueError("x"), OSError(errno.EIO, "I/O"), MemoryError()])
 def test_its_traceback_is_there_on_demand(fault, monkeypatch, error):
     assert "Traceback" not in fault(error)[2]
-    monkeypatch.setenv(entry.TRACEBACK, "1")
+    monkeypatch.setenv(exit_codes.TRACEBACK, "1")
     code, _, err = fault(error)
     assert code == 3
     assert err.startswith("Traceback")

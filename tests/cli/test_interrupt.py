@@ -131,6 +131,31 @@ def test_who_ignores_it_goes_on_ignoring_it(tmp_path):
     assert "version" in ran.stdout
 
 
+LOADING = """
+import signal, sys
+
+class Press:  # while the first of the libraries loads
+    def find_spec(self, name, *_):
+        if name == "click":
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Press())
+sys.argv = ["microsurf", "--version"]
+from microsurf.cli import main
+late = {"click", "importlib.metadata", "numpy"} & set(sys.modules)
+sys.stdout.write(f"{late}")
+sys.stdout.flush()
+main()
+"""
+
+
+def test_it_is_taken_before_anything_is_loaded(tmp_path):
+    """One press in three within the first second ended in a traceback."""
+    with children.python(children.LISTEN + LOADING, cwd=tmp_path) as process:
+        out, err = process.communicate(timeout=300)
+    assert (process.returncode, out, err) == (130, "set()", "microsurf: interrupted\n")
+
+
 def test_it_is_pythons_again_after_a_command():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     interrupt.arm()

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
+from ...errors import InputError
 from ...model import MODELS
 from ...model.registry import Line
 
@@ -77,8 +78,20 @@ def own_style() -> Iterator[None]:
     """Draw and save in matplotlib's own style, whatever a user's matplotlibrc asks for.
 
     Ticks and letters take their style when they are laid out, so saving needs it as drawing does.
+
+    Raises
+    ------
+    InputError
+        If matplotlib can't load for a matplotlibrc that is not text.
+
     """
-    from matplotlib import rc_context, rcdefaults  # noqa: PLC0415 - late: only to draw
+    try:
+        from matplotlib import rc_context, rcdefaults  # noqa: PLC0415 - late: only to draw
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "matplotlibrc: is not text in UTF-8, and matplotlib reads it before it draws; "
+            "save it as UTF-8, or go to a folder without one"
+        ) from error
 
     with rc_context():
         rcdefaults()
