@@ -1,6 +1,7 @@
 """One entry is enough: a toy model, reader and engine are seen everywhere, no file touched."""
 
 import json
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -9,11 +10,26 @@ from click.testing import CliRunner
 from microsurf import model
 from microsurf.analysis import validate
 from microsurf.cli.group import cli
-from microsurf.model import Citation, Masking, Model
+from microsurf.errors import InputError
+from microsurf.model import Masking, Model
 from microsurf.physics import smith
+from microsurf.physics.fresnel import reflectance
 from microsurf.report import citations
 from microsurf.report.figures import albedo_by_order, lobes
-from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.scene import (
+    ENGINES,
+    Accuracy,
+    Citation,
+    Engine,
+    Light,
+    Material,
+    Roughness,
+    Scene,
+    Surface,
+)
+from microsurf.scene.toml import from_toml, to_toml
+from microsurf.trace import exact
+from microsurf.trace.engine import Tracer, tracer_of
 
 SCENE = Scene(
     material=Material(1.5, (0.0,)),
@@ -75,3 +91,56 @@ def test_a_toy_model_is_validated_drawn_and_cited(toy, monkeypatch):
     assert "cook1982" in {reference.key for reference in cited}
     monkeypatch.delitem(model.MODELS, "toy")
     assert PAPER not in citations.collect([entry])
+
+
+@dataclass(frozen=True)
+class ToyTile:
+    """What the toy engine meets: a plane, whatever the heights."""
+
+    plane: exact.ExactTile
+    engine: str = "toy-engine"
+
+
+def plane(*_):
+    return ToyTile(exact.exact_tile(np.zeros((2, 2)), np.zeros((2, 2), np.bool_)))
+
+
+TOY = Tracer(plane, plane, lambda tile, *args, **kwargs: exact.trace(tile.plane, *args, **kwargs))
+
+
+@pytest.fixture
+def toy_engine(monkeypatch):
+    """An engine to which every surface is a plane, cited by the same paper."""
+    entry = Engine("toy-engine", "toy", "takes all for a plane", (PAPER,), f"{__name__}:TOY")
+    monkeypatch.setitem(ENGINES, "toy-engine", entry)
+    return entry
+
+
+def test_a_toy_engine_traces(toy_engine):
+    for command in ("measure", "validate"):
+        said = "".join(printed(command, "--help").split())
+        assert f"{toy_engine.key}, which {toy_engine.what}".replace(" ", "") in said
+    surface = ("--gamma", "8", "--sigma", "0.3", "--kd", "0", "--theta", "50", "--paths", "500")
+    mesh = ("--cells", "32", "--correlation", "4", "--realisations", "2")
+    found = json.loads(printed("measure", *surface, *mesh, "--engine", "toy-engine", "--json"))
+    assert found["engine"] == "toy-engine"
+    assert found["albedo"] == pytest.approx(float(reflectance(np.cos(np.radians(50)), 1.5)))
+
+
+def test_a_toy_engine_is_validated_and_cited(toy_engine, monkeypatch):
+    monkeypatch.setattr(validate, "WALKS", 1000)
+    scene = replace(SCENE, accuracy=Accuracy(2000, engine=toy_engine.key))
+    entry = validate.validate_scene("scene", scene)
+    assert entry.measured.attrs["engine"] == toy_engine.key
+    keys = {work.key for work in citations.collect([entry])}
+    assert PAPER.key in keys
+    assert "wald2014" not in keys
+    assert from_toml(to_toml(scene)) == scene
+
+
+def test_an_engine_that_is_not_in_the_list_is_refused_in_one_line(toy_engine, monkeypatch):
+    monkeypatch.delitem(ENGINES, toy_engine.key)
+    with pytest.raises(InputError, match=r"must be auto, exact, embree$"):
+        Accuracy(engine=toy_engine.key)
+    with pytest.raises(InputError, match="this process knows exact, embree;"):
+        tracer_of(toy_engine.key)

@@ -21,6 +21,19 @@ class _Input(click.Path):
         return super().convert("/dev/stdin" if value == "-" else value, param, ctx)
 
 
+class Listing(click.Option):
+    """An option whose help names the entries of a list, whatever it holds when it is shown."""
+
+    def __init__(self, *names: Any, listing: Callable[[], list[str]], **given: Any) -> None:
+        super().__init__(*names, **given)
+        self._listing = listing
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Say what there is now."""
+        self.help = "; ".join(self._listing()) + "."
+        return super().get_help_record(ctx)
+
+
 PATH = click.Path(path_type=Path)
 INPUT = _Input(path_type=Path)
 _MAX_WORKERS = 1024
@@ -127,8 +140,11 @@ accuracy = together(
     ),
     click.option(
         "--engine",
-        help=f"What traces: {', '.join(ENGINES)}. exact walks over the heights and loses no "
-        "light; embree intersects triangles.",
+        cls=Listing,
+        listing=lambda: [
+            "What traces: auto",
+            *(f"{key}, which {entry.what}" for key, entry in ENGINES.items()),
+        ],
     ),
 )
 dry_run = click.option(

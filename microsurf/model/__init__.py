@@ -7,7 +7,6 @@ it, `presets` the models of the literature. `UserBrdf` is a user BRDF in their p
 
 from . import presets
 from .brdf import Brdf
-from .citation import Citation
 from .csv_columns import read_columns
 from .directions import direction
 from .random_walk.evaluate import evaluate_walk
@@ -22,7 +21,6 @@ from .user_brdf.predict import predict_user_brdf
 __all__ = [
     "MODELS",
     "Brdf",
-    "Citation",
     "Masking",
     "Model",
     "UserBrdf",

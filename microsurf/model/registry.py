@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..physics import smith, smith_fit
-from .citation import Citation
+from ..scene import Citation
 from .random_walk.smith_kernels import smith_next_event, smith_walk
 from .random_walk.vcavity_kernels import mirrors, vcavity_next_event, vcavity_walk
 from .single_scattering.body_closed_form import APPROXIMATE

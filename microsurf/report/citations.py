@@ -3,14 +3,16 @@
 from collections.abc import Iterable, Iterator
 
 from ..analysis.validate import Validation
-from ..model import MODELS, Citation
+from ..model import MODELS
 from ..physics import metals
-from ..scene import Material
+from ..scene import ENGINES, Citation, Material
+from ..trace.engine import engine_of
 from .references import BY_KEY, REFERENCES
 
 ALWAYS = ("microsurf", "harris2020", "virtanen2020", "hoyer2017", "hunter2007")
 """What every report uses, whatever its scenes."""
-TRACED = ("wald2014", "lam2015")
+COMPILED = "lam2015"
+"""What tracing takes, whatever the engine."""
 SPREAD = ("tukey1951", "williams1962", "satterthwaite1946")
 """Rays and surfaces separated; there must be several surfaces."""
 
@@ -25,10 +27,10 @@ def of_scene(entry: Validation) -> set[str]:
     """Keys of what the measurement, the models and the statistics of one scene rest on."""
     needs = entry.scene.requires
     material = entry.scene.material
-    used = {work if isinstance(work, str) else work.key for work in _of_models(entry)}
+    used = {work if isinstance(work, str) else work.key for work in _of_entries(entry)}
     used |= _of_material(material)
     if needs.roughness:
-        used |= {*TRACED, *_of_slopes(entry)}
+        used |= {COMPILED, *_of_slopes(entry)}
         if needs.interface and not needs.substrate:
             used |= {"torrance1967", "cook1982"}
         if not needs.interface:
@@ -38,8 +40,10 @@ def of_scene(entry: Validation) -> set[str]:
     return used
 
 
-def _of_models(entry: Validation) -> Iterator[str | Citation]:
-    """What the models of a scene rest on; a user's own BRDF has no entry."""
+def _of_entries(entry: Validation) -> Iterator[str | Citation]:
+    """What the engine and the models of a scene rest on; a user's own BRDF has no entry."""
+    if entry.scene.requires.roughness:  # no engine takes part in a plane
+        yield from ENGINES[engine_of(entry.scene)].citations
     for key in entry.predicted:
         if key in MODELS:
             yield from MODELS[key].citations
@@ -80,7 +84,7 @@ def _of_material(material: Material) -> set[str]:
 def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Citation]:
     """References of a report; ``cited`` by its other sections.
 
-    In the order of `references`, then works that only a model's entry has.
+    In the order of `references`, then works that only the entry of a model or an engine has.
 
     Raises
     ------
@@ -92,7 +96,7 @@ def collect(entries: Iterable[Validation], cited: Iterable[str] = ()) -> list[Ci
     current: dict[str, Citation] = {}
     for entry in entries:
         used |= of_scene(entry)
-        current |= {work.key: work for work in _of_models(entry) if isinstance(work, Citation)}
+        current |= {work.key: work for work in _of_entries(entry) if isinstance(work, Citation)}
     unknown = used - BY_KEY.keys() - current.keys()
     if unknown:
         raise ValueError(f"not in the list of references: {sorted(unknown)}")

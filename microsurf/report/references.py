@@ -1,6 +1,6 @@
 """The literature a report may cite; a DOI stands only where we are sure of it."""
 
-from ..model.citation import Citation
+from ..scene import Citation
 
 _POITIERS = ("Mickaël Ribardière", "Benjamin Bringier", "Daniel Meneveaux", "Lionel Simonot")
 _TOG = "ACM Transactions on Graphics"

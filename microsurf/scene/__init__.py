@@ -1,10 +1,11 @@
 """Scenes: what is measured and predicted, and what must come of it."""
 
+from .citation import Citation
+from .engines import ENGINES, Engine
 from .scene import (
     BECKMANN,
     BOUNDARIES,
     CORRELATIONS,
-    ENGINES,
     LEVELS,
     MAX_CELLS,
     MAX_INDEX,
@@ -34,7 +35,9 @@ __all__ = [
     "STRUCTURES",
     "VOIDS",
     "Accuracy",
+    "Citation",
     "Effects",
+    "Engine",
     "Light",
     "Material",
     "Roughness",

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 from .. import memory
 from ..errors import InputError
-from . import notebook, validators
+from . import engines, notebook, validators
 from .expectation import Expectation
 
 Several = float | Sequence[float]
@@ -14,7 +14,6 @@ Several = float | Sequence[float]
 STRUCTURES = ("independent", "tops", "middle", "extremes")
 """Where the steep facets of a generated surface lie in height."""
 BOUNDARIES = ("periodic", "mirror")
-ENGINES = ("auto", "exact", "embree")
 LEVELS = ("none", "plane", "quadratic")
 VOIDS = ("refuse", "crop", "fill")
 """What is done with points of a measured surface that were not measured."""
@@ -228,7 +227,7 @@ class Accuracy:
 
     ``standard_error`` is that of albedos, ``lobe_error`` that of lobes relative to
     themselves (see `precision`), by default the same number. ``engine`` traces, one of
-    ENGINES; "auto" is kept as None.
+    `engines.ENGINES`; "auto" is kept as None.
     """
 
     paths: int = DEFAULT_PATHS
@@ -238,10 +237,7 @@ class Accuracy:
 
     def __post_init__(self) -> None:
         if self.engine is not None:
-            validators.require(
-                self.engine in ENGINES, "accuracy.engine", self.engine, ", ".join(ENGINES)
-            )
-            object.__setattr__(self, "engine", None if self.engine == "auto" else self.engine)
+            object.__setattr__(self, "engine", engines.checked(self.engine))
         validators.integer("accuracy.paths", self.paths, 1, MOST_PATHS)
         for name in ("standard_error", "lobe_error"):
             target = getattr(self, name)

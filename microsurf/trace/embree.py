@@ -30,6 +30,8 @@ class Hits(NamedTuple):
 class EmbreeTile:
     """A tile's triangles, ready for rays from any number of threads."""
 
+    engine = "embree"
+
     def __init__(self, grid: Grid) -> None:
         try:
             from embreex.mesh_construction import TriangleMesh

@@ -60,6 +60,11 @@ class ExactTile(NamedTuple):
     top: float
     aspect: float
 
+    @property
+    def engine(self) -> str:
+        """Which engine it is ready for."""
+        return "exact"
+
 
 def exact_tile(
     heights: NDArray[np.float64], flipped: NDArray[np.bool_], aspect: float = 1.0
