@@ -87,7 +87,7 @@ def attach(entry: Validation, slug: str, out: Path, seed: int, room: int) -> Att
         if size + dataset.nbytes > room:
             left_out += 1
             continue
-        datasets.save(dataset, out / name)
+        datasets.save(dataset, out / name, rounded=True)
         size += dataset.nbytes
         data.append((label, name))
     again = ["microsurf", "validate", scene, "--seed", str(seed), "--out", f"again/{slug}"]

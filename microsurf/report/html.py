@@ -196,9 +196,10 @@ def _part(part: Section, where: str, figures: Path) -> _Part:
 
 
 def _show(picture: Picture, figures: Path) -> _Shown:
-    """Write a picture, and give it as the address of an SVG image: nothing in it can run."""
-    text = save(picture, figures)
-    address = "data:image/svg+xml;base64," + base64.b64encode(text.encode()).decode()
+    """Write a picture, and give it as the address of an image: nothing in it can run."""
+    content = save(picture, figures)
+    kind = "png" if content.startswith(b"\x89PNG") else "svg+xml"
+    address = f"data:image/{kind};base64," + base64.b64encode(content).decode()
     files = tuple((end.upper(), f"{figures.name}/{picture.name}.{end}") for end in ENDINGS)
     return _Shown(picture.name, picture.caption, picture.figure.get_figwidth(), address, files)
 

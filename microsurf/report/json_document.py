@@ -18,8 +18,8 @@ from ..invariants import Invariant, as_rows, broken
 from ..results import uncertainty
 
 LIBRARIES = (
-    "click", "embreex", "filelock", "jinja2", "matplotlib", "mpmath", "numba", "numpy", "psutil",
-    "scipy", "tomli-w", "tqdm", "trimesh", "xarray",
+    "click", "embreex", "filelock", "h5netcdf", "jinja2", "matplotlib", "mpmath", "numba", "numpy",
+    "psutil", "scipy", "tomli-w", "tqdm", "trimesh", "xarray",
 )  # fmt: skip
 """What microsurf needs to run."""
 

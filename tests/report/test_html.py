@@ -106,20 +106,22 @@ def test_the_page_says_what_halves_the_errors(page):
 
 
 def test_the_page_needs_nothing_from_elsewhere(page):
-    for tag, attributes in Tags(page).tags:
+    for _, attributes in Tags(page).tags:
         for name in ("src", "srcset", "action", "data", "poster"):
-            address = attributes.get(name, "data:image/svg+xml;base64,")
-            assert address.startswith("data:image/svg+xml;base64,"), (tag, address)
+            address = attributes.get(name, "data:image/png;base64,")
+            assert address.startswith(("data:image/svg+xml;base64,", "data:image/png;base64,"))
     style = page[page.index("<style>") : page.index("</style>")]
     assert "url(" not in style
     assert "@import" not in style
 
 
-def test_pictures_are_svg_that_can_not_run(page):
-    pictures = re.findall(r'src="data:image/svg\+xml;base64,([^"]+)"', page)
+def test_pictures_are_images_that_can_not_run(page, folder):
+    pictures = re.findall(r'src="data:image/(svg\+xml|png);base64,([^"]+)"', page)
     assert len(pictures) == 8 + 1 + 2  # four for each scene, one of all, two further ones
-    for data in pictures:
-        svg = base64.b64decode(data, validate=True).decode()
+    shown = {base64.b64decode(data, validate=True) for _, data in pictures}
+    assert shown < {file.read_bytes() for file in (folder / "figures").iterdir()}
+    for file in (folder / "figures").glob("*.svg"):
+        svg = file.read_text(encoding="utf-8")
         assert "<script" not in svg
         addresses = re.findall(r'(?:xlink:)?href="([^"]+)"', svg)
         assert all(a.startswith(("#", "data:")) for a in addresses)
@@ -212,8 +214,8 @@ def test_what_is_unexpected_comes_first(page):
 
 
 def test_the_page_is_small(page):
-    """Less than 1.2 MB a scene: most of it are the markers of lobes."""
-    assert len(page.encode()) < 2 * 1.2e6
+    """Less than 400 kB a scene: large pictures are shown as bitmaps of few colours."""
+    assert len(page.encode()) < 2 * 0.4e6
 
 
 def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from PIL import Image
 
 from ...files import whole_file
 from .style import own_style
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 DPI = 200
 """Of the raster: what journals ask of a halftone at half a page, and sharp on a screen."""
+COLOURS = 64
+"""Of the raster: a dozen hues and their edges; a quarter of the bytes of all colours."""
+SMALL = 40_000
+"""Bytes of a vector picture that is shown as one, though its raster may be smaller."""
 ENDINGS = ("svg", "png", "csv")
 
 _FORMULA = ("=", "+", "-", "@")
@@ -60,8 +65,10 @@ class Picture:
             raise ValueError(f"picture {self.name}: has no caption or no numbers")
 
 
-def save(picture: Picture, folder: Path) -> str:
-    """Write NAME.svg, NAME.png and NAME.csv into ``folder`` and return the SVG's text.
+def save(picture: Picture, folder: Path) -> bytes:
+    """Write NAME.svg, NAME.png and NAME.csv into ``folder``; return the picture for a page.
+
+    That is the SVG if it is small, else the smaller of both.
 
     All three or none: none takes its name before all are written. The same picture gives
     the same bytes.
@@ -78,19 +85,25 @@ def save(picture: Picture, folder: Path) -> str:
     with ExitStack() as files:
         vector, raster, table = (files.enter_context(whole_file(name)) for name in names)
         write(picture.figure, vector)
-        _as_laid_out(picture.figure, raster)
+        _write_raster(picture.figure, raster)
         table.write_text(as_csv(picture.rows), encoding="utf-8", newline="\n")
-    return names[0].read_text(encoding="utf-8")
+    of_svg, of_png = (name.read_bytes() for name in names[:2])
+    return of_svg if len(of_svg) <= max(len(of_png), SMALL) else of_png
 
 
-def _as_laid_out(figure: "Figure", path: Path) -> None:
-    """As it was laid out for the SVG: laying out is half the work."""
+def _write_raster(figure: "Figure", path: Path) -> None:
+    """As it was laid out for the SVG: laying out is half the work. In few colours, as it has."""
     engine = figure.get_layout_engine()
     figure.set_layout_engine("none")
+    full = io.BytesIO()
     try:
-        write(figure, path)
+        with own_style():
+            figure.savefig(full, format="png", dpi=DPI, pil_kwargs={"compress_level": 1})
     finally:
         figure.set_layout_engine(engine)
+    with Image.open(full) as drawn:
+        few = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        few.save(path, optimize=True, dpi=(DPI, DPI))
 
 
 def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:

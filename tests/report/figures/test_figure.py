@@ -26,14 +26,30 @@ def made(name="a-picture", rows=None):
     return Picture(name, figure, "What it shows.", rows)
 
 
-def test_three_files_and_the_text_of_the_first(tmp_path):
-    text = save(made(), tmp_path)
+def test_three_files_and_the_first_while_it_is_small(tmp_path, monkeypatch):
+    content = save(made(), tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         "a-picture.csv", "a-picture.png", "a-picture.svg",
     ]  # fmt: skip
-    assert (tmp_path / "a-picture.svg").read_text(encoding="utf-8") == text
-    assert text.rstrip().endswith("</svg>")
+    assert (tmp_path / "a-picture.svg").read_bytes() == content
+    assert content.rstrip().endswith(b"</svg>")
     assert image.imread(tmp_path / "a-picture.png").shape[:2] == (400, 600)
+    raster = (tmp_path / "a-picture.png").read_bytes()
+    assert len(raster) < len(content)
+    monkeypatch.setattr(picture, "SMALL", 0)
+    assert save(made(), tmp_path) == raster
+
+
+def test_few_colours_are_close_to_all(tmp_path):
+    """Letters, lines and their soft edges, beside the same in all colours."""
+    drawn = made()
+    save(drawn, tmp_path)
+    drawn.figure.set_layout_engine("none")  # as it was laid out
+    picture.write(drawn.figure, tmp_path / "all.png")
+    few, full = (image.imread(tmp_path / name)[..., :3] for name in ("a-picture.png", "all.png"))
+    assert np.abs(few - full).max() < 0.15
+    assert np.abs(few - full).mean() < 0.003
+    assert len(np.unique(few.reshape(-1, 3), axis=0)) <= picture.COLOURS
 
 
 def test_the_same_picture_gives_the_same_bytes(tmp_path):
