@@ -28,6 +28,14 @@ from microsurf.scene import (
     Surface,
 )
 from microsurf.scene.toml import from_toml, to_toml
+from microsurf.surface import (
+    FORMATS,
+    Format,
+    Heightfield,
+    HeightMap,
+    read_surface,
+    write_surface,
+)
 from microsurf.trace import exact
 from microsurf.trace.engine import Tracer, tracer_of
 
@@ -144,3 +152,62 @@ def test_an_engine_that_is_not_in_the_list_is_refused_in_one_line(toy_engine, mo
         Accuracy(engine=toy_engine.key)
     with pytest.raises(InputError, match="this process knows exact, embree;"):
         tracer_of(toy_engine.key)
+
+
+def read_toy(path, told):
+    """Numbers between blanks, in nanometres, two micrometres apart."""
+    if told.channel not in (None, "toys"):
+        raise InputError(f"channel {told.channel!r}: must be toys")
+    return HeightMap(np.loadtxt(path), (2000.0, 2000.0), "nm", "toy 1.0", "toy", "toys", ("toys",))
+
+
+def write_toy(h, path):
+    np.savetxt(path, 1000 * h.heights)
+
+
+@pytest.fixture
+def toy_format(monkeypatch):
+    """A format that is read as an instrument's, and written."""
+    entry = Format(
+        "toy", "numbers between blanks, which keep heights in nm", (".toy",), read_toy, write_toy,
+        ("channel",), "toybox",
+    )  # fmt: skip
+    monkeypatch.setitem(FORMATS, "toy", entry)
+    return entry
+
+
+def test_a_toy_format_is_written_and_traced(toy_format, tmp_path):
+    for command in ("measure", "surface"):
+        said = "".join(printed(command, "--help").split())
+        assert toy_format.label.replace(" ", "") in said
+    file = tmp_path / "s.toy"
+    made = ("--gamma", "8", "--sigma", "0.1", "--cells", "16", "--spacing", "2")
+    printed("surface", *made, "--out", str(file))
+    read = read_surface(file)
+    assert read.pixel == (2.0, 2.0)
+    assert read.provenance["reader"] == "toy 1.0"
+    assert read.provenance["channel"] == "toys"
+    traced = ("--surface", str(file), "--kd", "0", "--theta", "0", "--paths", "500", "--json")
+    found = json.loads(printed("measure", *traced, "--channel", "toys"))
+    assert 0 < found["albedo"] < 0.1
+    with pytest.raises(InputError, match=r"s.toy: channel 'ducks': must be toys"):
+        read_surface(file, channel="ducks")
+
+
+def test_endings_that_are_refused_list_the_toys(toy_format, tmp_path, monkeypatch):
+    path = tmp_path / "s.ducks"
+    path.write_bytes(b"x")
+    flat = Heightfield(np.zeros((2, 2)), 2.0, "periodic")
+    for refused in (lambda: read_surface(path), lambda: write_surface(flat, path)):
+        with pytest.raises(InputError, match=r"s.ducks: unknown ending.*\.toy"):
+            refused()
+    toys = tmp_path / "s.toy"
+    toys.write_bytes(b"x")
+    monkeypatch.setitem(FORMATS, "toy", replace(toy_format, read=missing, write=missing))
+    for refused in (lambda: read_surface(toys), lambda: write_surface(flat, toys)):
+        with pytest.raises(InputError, match=r"needs toys, which is not installed; .*'toybox'"):
+            refused()
+
+
+def missing(*_):
+    raise ImportError(name="toys")

@@ -9,7 +9,7 @@ from ..errors import InputError
 from ..files import check_readable
 from ..results import measured_brdf
 from ..scene import Surface
-from ..surface import READ_ENDINGS
+from ..surface import endings_text, read_endings
 from .fit_brdf import fit_brdf_command, table
 from .fit_surface import fit_surface_command
 from .options import PATH, as_json, of_brdf, of_file
@@ -50,10 +50,10 @@ def fit_command(
         values = fit_brdf_command(file, out=out, figure=figure, **scene)
         show(values if as_json else table(values), as_json)
         return
-    if file.suffix.lower() not in READ_ENDINGS:
-        shown = ", ".join(e for e in READ_ENDINGS if not e[1:].isdecimal())
+    if file.suffix.lower() not in read_endings():
+        known = endings_text(read_endings())
         raise InputError(
-            f"{file}: unknown ending {file.suffix!r}; must be one of {shown}, or of a measured "
+            f"{file}: unknown ending {file.suffix!r}; must be one of {known}, or of a measured "
             f"BRDF: {', '.join(measured_brdf.ENDINGS)}"
         )
     _refuse(given, f"{file} is a surface")

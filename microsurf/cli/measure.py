@@ -14,12 +14,13 @@ from ..errors import InputError, MicrosurfError
 from ..files import behind_links, check_writable
 from ..results import albedos, datasets, detector, uncertainty
 from ..scene import Scene
-from ..surface import notes_on_file
+from ..surface import FORMATS, endings_text, notes_on_file
 from ..trace import checkpoint, measure
 from ..trace.cluster import WorkerPool, connected
 from .options import (
     INPUT,
     PATH,
+    Listing,
     accuracy,
     allow_truncated_tail,
     as_json,
@@ -47,7 +48,11 @@ from .planned import planned
     "--surface",
     "surface_file",
     type=PATH,
-    help="Trace this heightfield instead of a generated one.",
+    cls=Listing,
+    listing=lambda: [
+        "Trace this heightfield instead of a generated one",
+        *(f"{endings_text(f.endings)}: {f.label}" for f in FORMATS.values() if f.read),
+    ],
 )
 @of_file
 @roughness

@@ -8,7 +8,17 @@ import click
 
 from .. import memory, surface
 from ..files import check_writable
-from .options import PATH, allow_truncated_tail, as_json, check_tail, compose, generated, say, seed
+from .options import (
+    PATH,
+    Listing,
+    allow_truncated_tail,
+    as_json,
+    check_tail,
+    compose,
+    generated,
+    say,
+    seed,
+)
 from .output import check_ending, show
 
 _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "iterations")
@@ -22,7 +32,13 @@ _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "it
 @click.option("--spacing", type=float, help="Side of a cell in your unit of length. Default 1.")
 @seed
 @click.option(
-    "--out", type=PATH, required=True, help="FILE.npz, .npy, .ply, .obj, .stl, or .x3p (in µm)."
+    "--out",
+    type=PATH,
+    required=True,
+    cls=Listing,
+    listing=lambda: [
+        f"FILE{', '.join(f.endings)}: {f.label}" for f in surface.FORMATS.values() if f.write
+    ],
 )
 @allow_truncated_tail
 @as_json
@@ -35,7 +51,7 @@ def make_surface(
     """
     wanted = compose(None, **given)
     stated: dict[str, Any] = dict(check_tail(wanted, allow_truncated_tail))
-    check_ending(out, *surface.ENDINGS)
+    check_ending(out, *surface.write_endings())
     check_writable(out)
     memory.require(wanted.surface.cells**2, memory.SURFACE_BYTES_PER_CELL, "--cells")
     begin = time.perf_counter()

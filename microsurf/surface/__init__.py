@@ -3,9 +3,11 @@
 from .anisotropy import Anisotropy
 from .detrend import level
 from .fit import StdFit, fit_std
+from .formats import FORMATS, Format, endings_text, read_endings, write_endings
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
-from .io import ENDINGS, READ_ENDINGS, read_surface, write_surface
+from .io import read_surface, write_surface
 from .measured import from_array
+from .readers.height_map import HeightMap
 from .realisations import (
     notes_on_file,
     read_asked,
@@ -16,14 +18,18 @@ from .realisations import (
 )
 from .statistics import surface_statistics
 from .synthesis import from_recipe, generate_surface
+from .told import Told
 
 __all__ = [
-    "ENDINGS",
-    "READ_ENDINGS",
+    "FORMATS",
     "Anisotropy",
+    "Format",
+    "HeightMap",
     "Heightfield",
     "Mesh",
     "StdFit",
+    "Told",
+    "endings_text",
     "facet_normals",
     "facet_slopes",
     "fit_std",
@@ -34,11 +40,13 @@ __all__ = [
     "mesh",
     "notes_on_file",
     "read_asked",
+    "read_endings",
     "read_surface",
     "realisation_seed",
     "square_spacing",
     "surface_of",
     "surface_statistics",
     "surfaces_of",
+    "write_endings",
     "write_surface",
 ]

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -12,13 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from . import voids as void_points
 from .heightfield import Heightfield, Spacing, check_layout, spacing_pair
-from .readers import MICROMETRES, ORIENTATION, HeightMap, unit_named
-from .readers import read as read_map
+from .readers.height_map import MICROMETRES, ORIENTATION, PIXELS, HeightMap, unit_named
+from .told import Told
 
 Array = NDArray[np.float64]
 
-PIXELS = (1e-4, 1e3)
-"""Plausible pixels in µm: 0.1 nm … 1 mm. Outside, a unit was most likely mistaken."""
 _SAME_SPACING = 1e-6  # relative
 _NUMBER_AND_UNIT = re.compile(r"([0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)?\s*([^0-9\s.]+)")
 
@@ -62,27 +59,26 @@ def from_array(
     return Heightfield(mended.heights, pixel, boundary, filled=mended.filled, provenance=known)
 
 
-def read_measured(
-    path: Path,
-    *,
-    spacing: Spacing | None = None,
-    boundary: str | None = None,
-    channel: str | None = None,
-    voids: str | None = None,
-    height_unit: str | None = None,
-    void_value: float | None = None,
-) -> Heightfield:
-    """Read an instrument's file: heights and pixel in µm. Parameters as `read_surface`."""
-    stored = read_map(path, channel)
+def completed(stored: HeightMap, name: str, told: Told) -> Heightfield:
+    """Make a surface of what an instrument's file of some name says, and what the user says of it.
+
+    Heights and pixel come out in µm.
+
+    Raises
+    ------
+    InputError
+        If neither says the unit or the pixel, or they contradict each other.
+
+    """
     check_layout(stored.heights.shape, stored.heights.dtype)
-    factor, unit = _height_unit(stored, height_unit)
+    factor, unit = _height_unit(stored, told.height_unit)
     return from_array(
-        marked(stored.heights, void_value) * factor,
-        _pixel(stored, spacing),
-        boundary or ("periodic" if stored.periodic else "mirror"),
-        voids,
+        marked(stored.heights, told.void_value) * factor,
+        _pixel(stored, told.spacing),
+        told.boundary or ("periodic" if stored.periodic else "mirror"),
+        told.voids,
         {
-            "file": path.name,
+            "file": name,
             "reader": stored.reader,
             "format": stored.format,
             "channel": stored.channel,

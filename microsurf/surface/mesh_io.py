@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..scene import MAX_CELLS
 from .heightfield import Heightfield
+from .told import Told
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -81,7 +82,7 @@ def _trimesh(vertices: Array, faces: Indices) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, faces, process=False, validate=False)
 
 
-def read(path: Path, boundary: str | None) -> Heightfield:
+def read(path: Path, told: Told) -> Heightfield:
     """Read a triangle mesh that is a heightfield on a rectangular grid with our diagonals.
 
     Raises
@@ -114,6 +115,7 @@ def read(path: Path, boundary: str | None) -> Heightfield:
     square = abs(spacing_y - spacing) <= _ON_GRID * spacing / max(rows, columns)
     heights = _grid_heights(y * columns + x, vertices[:, 2], rows, columns)
     _check_faces(x[faces], y[faces], rows, columns)
+    boundary = told.boundary
     closes = min(rows, columns) > 2 and bool(
         np.array_equal(heights[0], heights[-1]) and np.array_equal(heights[:, 0], heights[:, -1])
     )

@@ -3,9 +3,7 @@
 Orientation is the same for all: seen from above, x to the right (columns), y down (rows).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +19,9 @@ MICROMETRES = {
     "in": 25400.0, "mil": 25.4,
 }  # fmt: skip
 """Micrometres in a unit of length."""
+
+PIXELS = (1e-4, 1e3)
+"""Plausible pixels in µm: 0.1 nm … 1 mm. Outside, a unit was most likely mistaken."""
 
 _SPELLINGS = {
     "um": "µm", "μm": "µm", "micron": "µm", "microns": "µm", "A": "Å", "Å": "Å",
@@ -64,18 +65,6 @@ class HeightMap:
     periodic: bool = False
 
 
-@dataclass(frozen=True)
-class Reader:
-    """One way to read files: the endings it knows, and a function.
-
-    ``read(path, channel)`` returns None if the file is of another reader's format, and
-    raises InputError if it is of its own and can't be read.
-    """
-
-    endings: tuple[str, ...]
-    read: Callable[[Path, str | None], HeightMap | None]
-
-
 def unit_named(name: str) -> str:
     """Return the key of `MICROMETRES` for a unit as files and users spell it.
 
@@ -110,14 +99,6 @@ def choose(channel: str | None, names: list[str], default: int) -> int:
         listed = ", ".join(f"{i} = {name!r}" for i, name in enumerate(names))
         raise InputError(f"channel {channel!r}: must be one of {listed}")
     return found[0]
-
-
-def missing(package: str) -> InputError:
-    """Give the error of a format whose package is not installed."""
-    return InputError(
-        f"this format needs {package}, which is not installed; "
-        "do `pip install 'microsurf[topography]'`"
-    )
 
 
 def first_line(error: Exception) -> str:

@@ -8,8 +8,10 @@ from PIL import Image, ImageSequence
 
 from ...errors import InputError
 from ..heightfield import check_layout
-from .height_map import HeightMap, Reader, choose, first_line
+from ..told import Told
+from .height_map import HeightMap, choose, first_line
 
+ENDINGS = (".png", ".tif", ".tiff", ".bmp", ".pgm")
 _GREY = {"L", "I", "I;16", "I;16L", "I;16B", "I;16N", "F"}
 """Pillow's modes of one number a pixel: 8, 32 and 16 bits, and floating point."""
 
@@ -24,7 +26,7 @@ def _check(frame: Image.Image) -> None:
     check_layout((frame.height, frame.width), np.dtype(np.float64))
 
 
-def read(path: Path, channel: str | None) -> HeightMap:
+def read(path: Path, told: Told) -> HeightMap:
     """Read the grey levels of an image, or of one frame of several.
 
     Raises
@@ -37,7 +39,7 @@ def read(path: Path, channel: str | None) -> HeightMap:
         with Image.open(path) as image:
             count = getattr(image, "n_frames", 1)
             names = [f"frame {i}" for i in range(count)]
-            taken = choose(channel, names, 0)
+            taken = choose(told.channel, names, 0)
             frame = ImageSequence.Iterator(image)[taken] if count > 1 else image
             _check(frame)  # before the pixels are unpacked
             heights = np.asarray(frame, dtype=np.float64)
@@ -55,6 +57,3 @@ def read(path: Path, channel: str | None) -> HeightMap:
         channel=names[taken],
         channels=tuple(names),
     )
-
-
-READER = Reader((".png", ".tif", ".tiff", ".bmp", ".pgm"), read)

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .height_map import HeightMap, Reader, choose, first_line, missing, unit_named
+from ..told import Told
+from .height_map import HeightMap, choose, first_line, unit_named
 
 FORMATS = {
     ".al3d": ("al3d",), ".apx": ("plu",), ".asc": ("sdf", "asc"), ".bcr": ("bcr",),
@@ -37,28 +38,27 @@ _OTHER_KINDS = ("amplitude", "phase", "error", "deflection", "friction", "curren
 """Words in the names of channels that hold no heights."""
 
 
-def read(path: Path, channel: str | None) -> HeightMap | None:
+def read(path: Path, told: Told) -> HeightMap | None:
     """Read one channel of heights.
 
     Raises
     ------
     InputError
-        If SurfaceTopography is missing, or none of its readers for that ending can read
-        the file, or it holds no such channel.
+        If none of its readers for that ending can read the file, or it holds no such channel.
+    ImportError
+        If SurfaceTopography is missing.
 
     """
     ending = path.suffix.lower()
     if ending in _SHARED and not _by_park(path):
         return None
-    try:
-        from SurfaceTopography import IO  # noqa: PLC0415 - an extra, and 2 s to import
-    except ImportError as error:
-        raise missing("SurfaceTopography") from error
+    from SurfaceTopography import IO  # noqa: PLC0415 - an extra, and 2 s to import
+
     reasons = []
     for name in FORMATS[ending]:
         try:
             with IO.lookup_reader_by_format[name](str(path)) as opened:
-                return _channel(opened, name, channel)
+                return _channel(opened, name, told.channel)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - they raise whatever the bytes provoke
@@ -113,6 +113,3 @@ def _channel(opened: Any, name: str, channel: str | None) -> HeightMap:
         channels=tuple(names),
         periodic=bool(taken.is_periodic),
     )
-
-
-READER = Reader(tuple(FORMATS), read)

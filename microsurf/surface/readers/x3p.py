@@ -7,31 +7,28 @@ the way in and out.
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import InputError
-from .height_map import HeightMap, Reader, choose, first_line, missing
+from ..heightfield import Heightfield
+from ..told import Told
+from .height_map import PIXELS, HeightMap, choose, first_line
 
-Array = NDArray[np.float64]
-
-ENDING = ".x3p"
 _METRES = 1e-6  # in a micrometre
 
 
-def read(path: Path, channel: str | None) -> HeightMap:
+def read(path: Path, told: Told) -> HeightMap:
     """Read one layer of a surface on a regular grid.
 
     Raises
     ------
     InputError
-        If x3pio is missing, the file is damaged, or it is a profile, a cloud of points or
-        on an irregular grid.
+        If the file is damaged, or it is a profile, a cloud of points or on an irregular grid.
+    ImportError
+        If x3pio is missing.
 
     """
-    try:
-        import x3pio  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise missing("x3pio") from error
+    import x3pio  # noqa: PLC0415 - an extra
+
     try:
         stored = x3pio.read(path)
     except x3pio.X3pError as error:
@@ -43,7 +40,7 @@ def read(path: Path, channel: str | None) -> HeightMap:
     if not isinstance(stored, x3pio.Surface):
         raise InputError(f"an X3P {type(stored).__name__}: must be a surface on a grid")
     names = [f"layer {i}" for i in range(len(stored.layers))]
-    layer = stored.layers[choose(channel, names, 0)]
+    layer = stored.layers[choose(told.channel, names, 0)]
     if not layer.is_regular_grid:
         raise InputError("its points lie on no regular grid; export heights on a grid")
     axes = layer.header
@@ -55,27 +52,30 @@ def read(path: Path, channel: str | None) -> HeightMap:
         unit="m",
         reader=f"x3pio {x3pio.__version__}",
         format="x3p",
-        channel=names[choose(channel, names, 0)],
+        channel=names[choose(told.channel, names, 0)],
         channels=tuple(names),
     )
 
 
-def write(heights: Array, pixel: tuple[float, float], path: Path) -> None:
-    """Write heights in µm, NaN where nothing was measured, as X3P in double precision.
+def write(h: Heightfield, path: Path) -> None:
+    """Write heights, taken for µm, as X3P in double precision; NaN where they were filled.
 
     Raises
     ------
     InputError
+        If a pixel is none in µm.
+    ImportError
         If x3pio is missing.
 
     """
-    try:
-        import x3pio  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise missing("x3pio") from error
+    import x3pio  # noqa: PLC0415 - an extra
+
+    if not all(PIXELS[0] <= d <= PIXELS[1] for d in h.pixel):
+        raise InputError(
+            f"spacing = {h.spacing}: X3P holds metres, so lengths are taken for µm; a "
+            f"pixel must be {PIXELS[0]:g} … {PIXELS[1]:g} µm. Choose another format"
+        )
+    heights = h.heights if h.filled is None else np.where(h.filled, np.nan, h.heights)
     x3pio.write(
-        path, heights[::-1] * _METRES, x_scale=pixel[0] * _METRES, y_scale=pixel[1] * _METRES
+        path, heights[::-1] * _METRES, x_scale=h.pixel[0] * _METRES, y_scale=h.pixel[1] * _METRES
     )
-
-
-READER = Reader((ENDING,), read)
