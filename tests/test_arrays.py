@@ -10,6 +10,14 @@ from microsurf.errors import InputError
 from microsurf.model import Brdf, UserBrdf, direction, evaluate
 from microsurf.physics import facet, fresnel, smith, smith_fit, student_t, vcavity, visible_normals
 from microsurf.scene import Scene
+from microsurf.stats import (
+    convergence_order,
+    correlated_ks,
+    hypothesis_tests,
+    intervals,
+    squared_error,
+    variance_components,
+)
 from microsurf.surface import Heightfield
 
 HEIGHTS = np.arange(64.0).reshape(8, 8)  # small whole numbers: any type holds them
@@ -91,6 +99,27 @@ ENTRIES = {
     "n of a body": (lambda v: facet.body_weight(v, 0.5), np.full(8, 1.5)),
     "kd": (lambda v: facet.albedo(0.5, 1.5, v), np.full(8, 0.5)),
     "of a BRDF": (brdf_of, np.ones(8)),
+    "values of a z-test": (lambda v: hypothesis_tests.z_test(v, 0, 1), np.ones(8)),
+    "errors of a z-test": (lambda v: hypothesis_tests.z_test(np.ones(8), 0, v), np.ones(8)),
+    "counts": (
+        lambda v: hypothesis_tests.chi_square(v, np.full(8, 20.0), total_fixed=False),
+        np.full(8, 20.0),
+    ),
+    "p-values": (hypothesis_tests.holm, np.full(8, 0.5)),
+    "p-values of one question": (hypothesis_tests.sidak, np.full(8, 0.5)),
+    "values of a mean": (convergence_order.mean_of, np.arange(8.0)),
+    "deviations": (
+        lambda v: convergence_order.power(np.arange(1, 9), v, np.full(8, 3)), np.ones(8),
+    ),
+    "spread of a mean": (intervals.half_width_of_mean, np.arange(8.0)),
+    "variances": (lambda v: intervals.dof_of_sum(v, np.full(8, 3)), np.ones(8)),
+    "of surfaces": (
+        lambda v: variance_components.components_of(v, np.ones(8)), np.arange(8.0),
+    ),
+    "draws": (lambda v: squared_error.interval(v, HEIGHTS, 8), HEIGHTS),
+    "of a field": (
+        lambda v: correlated_ks.field_ks(v, np.random.default_rng(0)), HEIGHTS / 64,
+    ),
     "of a pair": (lambda v: brdf_of((v, np.zeros(8))), np.ones(8)),
 }  # fmt: skip
 

@@ -2,9 +2,8 @@
 
 The mesh is the coarsest whose error was *measured* to be within the one asked for (95 % ends of
 `microsurf convergence` on built-in scenes, see `MESH_ERROR`); where none was, the finest of
-these, and the plan says so. Rays and surfaces come from a pilot on four surfaces of that mesh:
-with the variance V_b between surfaces and V_1 of one path, R surfaces of P paths leave
-(V_b + V_1/P)/R, and P = √(V_1 A/(V_b B)) costs least, where a surface costs A and a path B.
+these, and the plan says so. Rays and surfaces come from a pilot on four surfaces of that mesh,
+see `allocation`.
 """
 
 import time
@@ -14,13 +13,11 @@ from typing import Any
 import numpy as np
 
 from .. import memory
-from ..errors import InputError
 from ..results import uncertainty
-from ..scene import MOST_PATHS, Accuracy, Scene
-from ..stats import intervals
+from ..scene import Scene
 from ..surface import surfaces_of
 from ..trace import measure
-from ..trace.scheduler import MOST_SURFACES
+from .allocation import PILOT_PATHS, PILOT_SURFACES, Wanted, cheapest, wanted_of
 
 TILE = 64
 """Side of the tile in correlation lengths: at twice that no built-in scene differed (95 %)."""
@@ -32,11 +29,6 @@ MESH_ERROR = {
 }
 """By γ and cells a correlation length: the 95 % end of the difference of the total albedo to
 a mesh of 16, at the worst of 0, 30, 60, 80° (reports/convergence)."""
-
-PILOT_SURFACES, PILOT_PATHS = 4, 32_768
-SURFACE_COST = 3.0
-"""Time to make and upload a cell in that of a path on one thread: fixed, so that the same
-command plans the same on every machine."""
 
 
 @dataclass(frozen=True)
@@ -166,13 +158,13 @@ def plan(
     wall = time.perf_counter() - begin
     per_path = pilot_result.attrs["seconds"] / float(pilot_result.paths.sum())
     per_surface = max(wall - pilot_result.attrs["seconds"], 0.0) / count
-    wanted = _wanted(
+    wanted = wanted_of(
         uncertainty.of_measurement(pilot_result, scene), accuracy, paths, single=single
     )
     cells = surfaces[0].heights.size if surfaces else 0
     realisations, planned = scene.surface.realisations, accuracy.paths
     if accuracy.standard_error is not None:
-        realisations, planned = _cheapest(wanted, scene, cells, single=single)
+        realisations, planned = cheapest(wanted, scene, cells, single=single)
     elif scene.surface.file is not None:
         realisations = 1
     errors = [w.left(realisations, planned) for w in wanted]
@@ -224,7 +216,7 @@ def _notes(scene: Scene) -> list[str]:
     return notes
 
 
-def _missed(wanted: "list[_Wanted]", planned: Scene) -> list[str]:
+def _missed(wanted: list[Wanted], planned: Scene) -> list[str]:
     """Say if even the most surfaces leave more than is asked."""
     count, paths = planned.surface.realisations, planned.accuracy.paths
     worst = max((w.left(count, paths) / w.asked for w in wanted), default=0.0)
@@ -232,83 +224,3 @@ def _missed(wanted: "list[_Wanted]", planned: Scene) -> list[str]:
         return []
     left = f"{worst:.2g} times the error asked for is left by {count} surfaces"
     return [f"{left}, the most there are; ask for less, or give a larger lobe_error"]
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """One quantity: variances between surfaces and of one path, and the error asked of it."""
-
-    lobe: bool
-    between: float
-    of_path: float
-    asked: float
-
-    def left(self, surfaces: int, paths: int) -> float:
-        """Standard error of the mean."""
-        return float(np.sqrt((self.between + self.of_path / paths) / surfaces))
-
-    def surfaces(self, paths: float) -> float:
-        """How many it takes, not widened."""
-        return (self.between + self.of_path / paths) / self.asked**2
-
-
-def _wanted(
-    known: list[uncertainty.QuantityUncertainty], accuracy: Accuracy, paths: int, *, single: bool
-) -> list[_Wanted]:
-    """Totals as they are, lobes relative to themselves; a ``single`` surface has no others."""
-    error = accuracy.standard_error or np.inf
-    rows = []
-    for row in known:
-        lobe = row.quantity in uncertainty.LOBES
-        if not lobe and row.quantity != "total":
-            continue
-        size = row.components.mean if lobe else 1.0
-        between = 0.0 if single else (row.components.between / size) ** 2
-        within = (row.components.within / size) ** 2
-        wanted = (accuracy.lobe_error or error) if lobe else error
-        rows.append(_Wanted(lobe, between, within * paths, wanted))
-    return rows
-
-
-def _cheapest(wanted: list[_Wanted], scene: Scene, cells: int, *, single: bool) -> tuple[int, int]:
-    """Surfaces and paths of each that leave no more than is asked, at the least cost."""
-    if not wanted:
-        return scene.surface.realisations, scene.accuracy.paths
-    if single:
-        least = 1 if scene.surface.file is not None else scene.surface.realisations
-        worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
-        each = _paths(worst.of_path / worst.asked**2 / least)
-        if each > MOST_PATHS:
-            raise InputError(
-                f"{'lobe' if worst.lobe else 'standard'}_error = {worst.asked:g}: would take about "
-                f"{each:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"
-            )
-        return least, each
-    hardest = max(wanted, key=lambda w: w.surfaces(PILOT_PATHS))
-    surface_cost = SURFACE_COST * cells / scene.light.angles
-    paths = PILOT_PATHS * 32.0
-    if hardest.between > 0:
-        paths = np.sqrt(hardest.of_path * surface_cost / hardest.between)
-    paths = min(max(paths, PILOT_PATHS / 4), PILOT_PATHS * 128.0)
-    most = min(MOST_SURFACES, memory.lobes_that_fit() // scene.light.angles)
-    least = max(scene.surface.realisations, 2)
-
-    def enough(count: int) -> bool:
-        return all(w.surfaces(paths) * _widened(count) ** 2 <= count for w in wanted)
-
-    count = next((count for count in range(least, most) if enough(count)), max(most, least))
-    # The least number of surfaces may be more than enough: then fewer rays do.
-    room = [(count * (w.asked / _widened(count)) ** 2 - w.between, w.of_path) for w in wanted]
-    if all(left > 0 for left, _ in room):
-        paths = min(paths, max(v / left for left, v in room))
-    return count, _paths(paths)
-
-
-def _widened(count: int) -> float:
-    """Few surfaces know their own spread badly, see `uncertainty.surplus`."""
-    return intervals.student(count - 1) / intervals.normal()
-
-
-def _paths(paths: float) -> int:
-    """A round number of them."""
-    return int(2 ** np.ceil(np.log2(max(paths, 1024.0))))

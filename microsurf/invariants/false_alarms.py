@@ -40,8 +40,10 @@ def between(a: Array, b: Array) -> Array:
     """z of the difference of two means of independent runs, each of shape (runs, …) (Welch)."""
     of_a, of_b = (x.var(axis=0, ddof=1) / len(x) for x in (a, b))
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
-    dof = intervals.dof_of_sum([of_a, of_b], [len(a) - 1, len(b) - 1])
-    error = np.hypot(np.sqrt(_positive(of_a + of_b)), _ROUNDING * (np.abs(mean_a) + np.abs(mean_b)))
+    both = _positive(of_a + of_b)
+    share = of_a / both  # where both are 0 there are degrees of freedom, too
+    dof = intervals.dof_of_sum([share, 1 - share], [len(a) - 1, len(b) - 1])
+    error = np.hypot(np.sqrt(both), _ROUNDING * (np.abs(mean_a) + np.abs(mean_b)))
     return standardised((mean_a - mean_b) / error, dof)
 
 

@@ -11,8 +11,9 @@ directions alone its variance is infinite for γ ≤ 1.75, where D² is not inte
 import numpy as np
 
 from ..jit import force_inlined
-from ..model.random_walk.facet_kernels import diffused, scatter, transmittance, uniform
+from ..model.random_walk.facet_kernels import diffused, scatter, uniform
 from ..model.random_walk.smith_kernels import above, mirrored, smith_step, visible_normal
+from ..physics.fresnel_kernels import transmittance
 
 
 @force_inlined

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import float_array
+from ..errors import require
 from . import fresnel
 
 Array = NDArray[np.float64]
@@ -32,8 +33,7 @@ def body_weight(n: ArrayLike, kd: ArrayLike) -> Array:
 def _albedo(kd: ArrayLike) -> Array:
     """Return Kd as an array; refuse what is not the albedo of a substrate."""
     kd = float_array("kd", kd)
-    if not np.all((kd >= 0) & (kd <= 1)):
-        raise ValueError(f"kd = {kd}: the albedo of the substrate must be in 0 ... 1")
+    require(bool(np.all((kd >= 0) & (kd <= 1))), "kd", kd, "0 … 1, the albedo of the substrate")
     return kd
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import float_array
+from ..errors import require
 
 Array = NDArray[np.float64]
 
@@ -20,8 +21,7 @@ Array = NDArray[np.float64]
 def _terms(mu: ArrayLike, n: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """Return μ, n, n² − 1 and g = √(n² − 1 + μ²) = n cosθ_t as arrays."""
     mu, n = float_array("mu", mu), float_array("n", n)
-    if not np.all(n >= 1):
-        raise ValueError(f"n = {np.min(n)}: the relative index must be >= 1")
+    require(bool(np.all(n >= 1)), "n", np.min(n, initial=np.inf), ">= 1, a relative index")
     excess = (n - 1) * (n + 1)
     return mu, n, excess, np.sqrt(excess + mu**2)
 
@@ -38,8 +38,7 @@ class _Conductor(NamedTuple):
 
 def _conductor(mu: ArrayLike, index: ArrayLike, k: float) -> _Conductor:
     mu, n = float_array("mu", mu), float_array("n", index).item()
-    if not (n > 0 and k > 0):
-        raise ValueError(f"n = {n}, k = {k}: a conductor needs n > 0 and k > 0")
+    require(n > 0 and k > 0, "(n, k)", (n, k), "> 0, both, of a conductor")
     eta2 = complex((n - k) * (n + k), 2 * n * k)
     excess = complex((n - 1) * (n + 1) - k**2, 2 * n * k)
     g = np.sqrt(excess + mu**2)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, binom, erfc, roots_laguerre, stdtr
 
 from ..arrays import float_array
+from ..errors import require
 
 Array = NDArray[np.float64]
 
@@ -62,10 +63,9 @@ def smith_lambda(w: ArrayLike, gamma: float, sigma_x: float, sigma_y: float | No
 
     """
     sigma_y = sigma_x if sigma_y is None else sigma_y
-    if not gamma > 1.5:
-        raise ValueError(f"gamma = {gamma}: Smith masking needs gamma > 3/2")
-    if not (0 <= sigma_x < np.inf and 0 <= sigma_y < np.inf):
-        raise ValueError(f"sigma = ({sigma_x}, {sigma_y}): must be finite and >= 0")
+    require(gamma > 1.5, "gamma", gamma, "> 3/2 for Smith's masking")
+    finite = 0 <= sigma_x < np.inf and 0 <= sigma_y < np.inf
+    require(finite, "sigma", (sigma_x, sigma_y), "finite and >= 0")
     w = float_array("w", w)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         x = np.sqrt(2) * np.abs(w[..., 2]) / projected_roughness(w, sigma_x, sigma_y)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import float_array
+from ..errors import require
 
 Array = NDArray[np.float64]
 
@@ -27,10 +28,9 @@ BECKMANN = np.inf
 def _check(gamma: float, sigma_x: float, sigma_y: float | None) -> float:
     """Return sigma_y, or sigma_x in its place; refuse what has no distribution."""
     sigma_y = sigma_x if sigma_y is None else sigma_y
-    if not gamma > 1:
-        raise ValueError(f"gamma = {gamma}: a distribution of slopes needs gamma > 1")
-    if not (0 < sigma_x < np.inf and 0 < sigma_y < np.inf):
-        raise ValueError(f"sigma = ({sigma_x}, {sigma_y}): a density needs finite sigma > 0")
+    require(gamma > 1, "gamma", gamma, "> 1 for a distribution of slopes")
+    finite = 0 < sigma_x < np.inf and 0 < sigma_y < np.inf
+    require(finite, "sigma", (sigma_x, sigma_y), "finite and > 0 for a density")
     return sigma_y
 
 

@@ -11,7 +11,7 @@ degrees lie inside a bin and not on an edge. The mirror side is φ_o − φ_i = 
 """
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -57,4 +57,33 @@ def projected_solid_angles() -> Array:
 
 def ring_of(theta_o: float) -> int:
     """Index of the ring that holds θ_o, in degrees."""
-    return int(np.clip(np.searchsorted(RING_EDGES, theta_o, side="right") - 1, 0, RINGS - 1))
+    return int(_rings_of(theta_o))
+
+
+def _rings_of(theta_o: ArrayLike) -> NDArray[np.intp]:
+    return np.clip(np.searchsorted(RING_EDGES, theta_o, side="right") - 1, 0, RINGS - 1)
+
+
+def bins_of(o: Array, phi_i: float) -> NDArray[np.int64]:
+    """Bins of directions, numbered ring by ring: ring · SECTORS + sector.
+
+    Parameters
+    ----------
+    o : ndarray, shape (count, 3)
+        Unit vectors above the horizon.
+    phi_i : float
+        Azimuth of incidence, from which sectors count, in degrees.
+
+    Returns
+    -------
+    ndarray of int64, shape (count,)
+
+    """
+    ring = _rings_of(np.degrees(np.arccos(np.minimum(o[:, 2], 1))))
+    turn = (np.degrees(np.arctan2(o[:, 1], o[:, 0])) - phi_i) / 360 * SECTORS
+    return ring * SECTORS + np.floor(turn + 0.5).astype(np.int64) % SECTORS
+
+
+def body_bins_of(body_events: ArrayLike) -> NDArray[np.int64]:
+    """Bins of numbers of body events ≥ 0; the first BODY_EXACT of them are their own."""
+    return np.searchsorted(BODY_EDGES, body_events, side="right") - 1

@@ -1,17 +1,11 @@
 """Checks of single values that come from outside, each with an error that teaches."""
 
 import math
-import reprlib
 from typing import Any
 
-from ..errors import InputError
+from ..errors import require
 
-
-def require(condition: bool, name: str, value: Any, allowed: str) -> None:
-    """Raise InputError with one line that says what was given and what may be."""
-    if not condition:
-        # reprlib cuts what is too long for one line.
-        raise InputError(f"{name} = {reprlib.repr(value)}: must be {allowed}")
+__all__ = ["choice", "integer", "number", "numbers", "require"]
 
 
 def number(name: str, value: Any) -> float:

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from ..arrays import float_array
+from ..errors import require
 from . import intervals
 
 _SEEN = 3.0
@@ -41,6 +43,8 @@ class Mean:
 
 def mean_of(values: NDArray[np.float64]) -> Mean:
     """Mean of two values or more."""
+    values = float_array("values", values)
+    require(len(values) > 1, "values", values, "two or more")
     error = float(values.std(ddof=1)) / float(np.sqrt(len(values)))
     return Mean(float(values.mean()), error, len(values))
 
@@ -89,12 +93,12 @@ def power(
     sizes: Sequence[float], deviations: Sequence[float], dof: Sequence[float]
 ) -> Estimate | None:
     """Exponent x of s ~ Nˣ from independent standard deviations; None from fewer than two."""
-    s, nu = np.asarray(deviations, float), np.asarray(dof, float)
+    s, nu = float_array("deviations", deviations), float_array("dof", dof)
     use = (s > 0) & (nu >= 1)
     if use.sum() < 2:
         return None
     half_nu = nu[use] / 2
-    x = np.log(np.asarray(sizes, float)[use])
+    x = np.log(float_array("sizes", sizes)[use])
     y = np.log(s[use]) - (special.digamma(half_nu) - np.log(half_nu)) / 2
     weight = 4 / special.polygamma(1, half_nu)
     x = x - np.average(x, weights=weight)

@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ..arrays import float_array
+
 Array = NDArray[np.float64]
 
 LEVELS = np.arange(1, 20) / 20
@@ -58,6 +60,7 @@ def field_ks(u: Array, rng: np.random.Generator) -> FieldKs:
         Draws the processes that the deviation is compared with.
 
     """
+    u = float_array("u", u)
     covariance = ecdf_covariance(u)
     off = np.array([np.mean(u <= level) for level in LEVELS]) - LEVELS
     distance = float(np.abs(off).max())

@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
+from ..arrays import float_array
+from ..errors import InputError, require
+
 Array = NDArray[np.float64]
 
 LEAST = 10.0
@@ -19,10 +22,9 @@ def z_test(values: ArrayLike, expected: ArrayLike, errors: ArrayLike) -> Array:
 
     An error of 0 is an exact value: p = 1 if it is as expected, else 0.
     """
-    off = np.abs(np.asarray(values, np.float64) - np.asarray(expected, np.float64))
-    spread = np.broadcast_to(np.asarray(errors, np.float64), off.shape)
-    if not np.all(spread >= 0):
-        raise ValueError("errors: standard errors must be ≥ 0")
+    off = np.abs(float_array("values", values) - float_array("expected", expected))
+    spread = np.broadcast_to(float_array("errors", errors), off.shape)
+    require(bool(np.all(spread >= 0)), "errors", spread, "standard errors ≥ 0")
     z = np.divide(off, spread, out=np.where(off > 0, np.inf, 0.0), where=spread > 0)
     return np.asarray(2 * special.ndtr(-z))
 
@@ -36,7 +38,7 @@ def chi_square(
 
     Parameters
     ----------
-    seen, expected : array_like
+    observed, expected : array_like
         Counts by bin, of one shape; expected ≥ 0.
     total_fixed : bool
         Whether the bins hold all events, so that their sum says nothing: one degree of
@@ -46,21 +48,22 @@ def chi_square(
 
     Raises
     ------
-    ValueError
+    InputError
         If fewer than two pooled bins are left, or totals differ though they are fixed.
 
     """
-    counts, means = (np.ravel(np.asarray(a, np.float64)) for a in (observed, expected))
+    counts = np.ravel(float_array("observed", observed))
+    means = np.ravel(float_array("expected", expected))
     if np.any((means == 0) & (counts > 0)):
         return 0.0
     order = np.argsort(means, kind="stable")
     counts, means = counts[order], means[order]
     if total_fixed and not np.isclose(counts.sum(), means.sum(), rtol=1e-9):
-        raise ValueError(f"{counts.sum()} events seen, {means.sum()} expected: totals differ")
+        raise InputError(f"{counts.sum()} events seen, {means.sum()} expected: totals differ")
     group = _groups(means, least)
     pooled, wanted = (np.bincount(group, weights=a) for a in (counts, means))
     if len(wanted) < 2:
-        raise ValueError(f"fewer than two bins expect {least} events or more")
+        raise InputError(f"fewer than two bins expect {least} events or more")
     chi2 = np.sum((pooled - wanted) ** 2 / wanted)
     return float(stats.chi2.sf(chi2, len(wanted) - total_fixed))
 
@@ -78,9 +81,15 @@ def _groups(expected: Array, least: float) -> NDArray[np.int64]:
     return np.minimum(group, max(number - 1, 0))
 
 
+def _probabilities(p_values: ArrayLike) -> Array:
+    p = float_array("p_values", p_values)
+    require(bool(np.all((p >= 0) & (p <= 1))), "p_values", p, "in 0 … 1")
+    return p
+
+
 def sidak(p_values: ArrayLike) -> float:
     """p-value of a family of independent tests: of its smallest, 1 − (1 − p)^m (Šidák 1967)."""
-    p = np.ravel(np.asarray(p_values, np.float64))
+    p = _probabilities(p_values).ravel()
     if np.any(p == 1) and p.min() == 1:
         return 1.0
     return float(-np.expm1(p.size * np.log1p(-p.min())))
@@ -97,7 +106,7 @@ def holm(p_values: ArrayLike) -> Array:
     Rejecting those at or below α makes one false rejection or more with a probability
     of at most α. Same shape as given.
     """
-    p = np.asarray(p_values, np.float64)
+    p = _probabilities(p_values)
     order = np.argsort(p, axis=None)
     adjusted = np.empty(p.size)
     factors = np.arange(p.size, 0, -1)

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
+from ..arrays import float_array
+from ..errors import require
+
 Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
@@ -56,7 +59,8 @@ def half_width_of_mean(values: ArrayLike, level: float = CONFIDENCE) -> Array:
         In the unit of the values.
 
     """
-    a = np.asarray(values, np.float64)
+    a = float_array("values", values)
+    require(len(a) > 1, "values", a, "two or more")
     factor = student(len(a) - 1, level) / np.sqrt(len(a))
     return np.asarray(factor * a.std(axis=0, ddof=1))
 
@@ -77,7 +81,7 @@ def dof_of_sum(variances: ArrayLike, dof: ArrayLike) -> Array:
         Between the least ``dof`` and their sum; ∞ where all variances are 0, which is known.
 
     """
-    v = np.asarray(variances, np.float64)
+    v = float_array("variances", variances)
     # By a power of two, which is exact: squares of small errors would be 0.
     v = np.ldexp(v, -np.frexp(v.max(axis=0))[1])
     each = np.reshape(dof, (-1, *(1,) * (v.ndim - 1)))

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from ..arrays import float_array
 from . import intervals
 from .intervals import CONFIDENCE
 
@@ -41,6 +42,7 @@ class Interval:
 
 def value(sample: Array, reference: Array, draws: float) -> float:
     """Estimate E² without bias; below 0 where noise hides it."""
+    sample, reference = float_array("sample", sample), float_array("reference", reference)
     apart = float(((sample.mean(axis=0) - reference.mean(axis=0)) ** 2).sum())
     noise = _trace(sample)
     return apart - noise / len(sample) - _trace(reference) / len(reference) + noise / draws
@@ -52,6 +54,7 @@ def _trace(sample: Array) -> float:
 
 def interval(sample: Array, reference: Array, draws: float) -> Interval:
     """E² of draws of shape (K, components) and (R, components); one own draw has no noise."""
+    sample, reference = float_array("sample", sample), float_array("reference", reference)
     shift = sample.mean(axis=0) - reference.mean(axis=0)
     length = float(np.linalg.norm(shift))
     parts = [(s - s.mean(axis=0), len(s)) for s in (sample, reference) if len(s) > 1]

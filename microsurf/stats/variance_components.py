@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from ..arrays import float_array
 from ..errors import InputError
 from .intervals import CONFIDENCE
 
@@ -75,6 +76,8 @@ def components_of(
     between surfaces, so that their sum is worth R−1 degrees of freedom, as one bin is; if
     each varies on its own the interval of σ_b is wider than it need be.
     """
+    values = float_array("values", values)
+    ray_variance = float_array("ray_variance", ray_variance)
     count = len(values)
     if count == 0 or ray_variance.shape != values.shape:
         raise InputError(f"values {values.shape}, variances {ray_variance.shape}: one of each")

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from .. import __version__, memory
-from ..errors import InputError
+from ..errors import InputError, require
 from ..physics import student_t
 from ..scene import MAX_CELLS, STRUCTURES
 from . import rank_kernels
@@ -104,11 +104,11 @@ def generate_surface(
     sigma_y = sigma if sigma_y is None else sigma_y
     _check_std(gamma, sigma, sigma_y)
     shape = _check_cells(cells)
-    _require(0 < correlation < np.inf, "correlation", correlation, "a finite number of cells > 0")
-    _require(_whole(seed) and seed >= 0, "seed", seed, "a whole number ≥ 0")
-    _require(_whole(iterations) and iterations >= 0, "iterations", iterations, "a whole number ≥ 0")
-    _require(structure in STRUCTURES, "structure", repr(structure), ", ".join(STRUCTURES))
-    _require(
+    require(0 < correlation < np.inf, "correlation", correlation, "a finite number of cells > 0")
+    require(_whole(seed) and seed >= 0, "seed", seed, "a whole number ≥ 0")
+    require(_whole(iterations) and iterations >= 0, "iterations", iterations, "a whole number ≥ 0")
+    require(structure in STRUCTURES, "structure", structure, f"one of {', '.join(STRUCTURES)}")
+    require(
         _whole(finer) and 1 <= finer <= MAX_CELLS // max(shape), "finer", finer,
         f"a whole number ≥ 1, and {MAX_CELLS} cells a side at most",
     )  # fmt: skip
@@ -169,9 +169,9 @@ def from_recipe(recipe: Mapping[str, Any]) -> Heightfield:
 
 
 def _check_std(gamma: float, sigma_x: float, sigma_y: float) -> None:
-    _require(gamma > 1.5, "gamma", gamma, "> 1.5 (below, the surface's area is infinite)")
+    require(gamma > 1.5, "gamma", gamma, "> 1.5 (below, the surface's area is infinite)")
     flat = sigma_x == 0 and sigma_y == 0
-    _require(
+    require(
         flat or (0 < sigma_x <= MAX_SIGMA and 0 < sigma_y <= MAX_SIGMA),
         "sigma",
         (sigma_x, sigma_y),
@@ -181,7 +181,7 @@ def _check_std(gamma: float, sigma_x: float, sigma_y: float) -> None:
 
 def _check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
     shape = (cells, cells) if isinstance(cells, int) else tuple(cells)
-    _require(
+    require(
         len(shape) == 2 and all(_whole(n) and 2 <= n <= MAX_CELLS for n in shape),
         "cells",
         cells,
@@ -192,11 +192,6 @@ def _check_cells(cells: int | tuple[int, int]) -> tuple[int, int]:
 
 def _whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
-    if not condition:
-        raise InputError(f"{name} = {value}: must be {allowed}")
 
 
 def _alternate(

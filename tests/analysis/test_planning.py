@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from scipy import stats
 
 from microsurf import measure
-from microsurf.analysis import planning
+from microsurf.analysis import allocation, planning
 from microsurf.analysis.self_test import SelfTest
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
@@ -80,7 +80,7 @@ def test_what_was_planned_leaves_the_expected_error(judge):
     count = made.scene.surface.realisations
     assert run.sizes["realisation"] == count
     error = float(albedos.standard_error(run, "total", 1.5, 0.8).item())
-    law = stats.f(count - 1, planning.PILOT_SURFACES - 1)
+    law = stats.f(count - 1, allocation.PILOT_SURFACES - 1)
     ratio = (error / made.error) ** 2
     judge.keeps(min(2 * law.sf(ratio), 2 * law.cdf(ratio), 1.0))
     # A third of the error takes nine times the surfaces, but for the most that are planned.
@@ -94,20 +94,19 @@ def test_what_was_planned_leaves_the_expected_error(judge):
 
 def test_rays_and_surfaces_cost_least():
     """Against all powers of two of paths and the surfaces they take."""
-    wanted = [planning._Wanted(lobe=False, between=1e-5, of_path=0.2, asked=4e-4)]
+    wanted = [allocation.Wanted(lobe=False, between=1e-5, of_path=0.2, asked=4e-4)]
     cells = SMALL.surface.cells**2
-    count, paths = planning._cheapest(wanted, SMALL, cells, single=False)
+    count, paths = allocation.cheapest(wanted, SMALL, cells, single=False)
 
     def cost(surfaces, paths):
-        return surfaces * (planning.SURFACE_COST * cells + paths)
+        return surfaces * (allocation.SURFACE_COST * cells + paths)
 
     def least(paths):
-        return next(
-            r for r in range(3, 10**4) if wanted[0].surfaces(paths) * planning._widened(r) ** 2 <= r
-        )
+        widened = allocation._widened
+        return next(r for r in range(3, 10**4) if wanted[0].surfaces(paths) * widened(r) ** 2 <= r)
 
     best = min(cost(least(2**k), 2**k) for k in range(10, 23))
-    assert wanted[0].left(count, paths) * planning._widened(count) <= wanted[0].asked
+    assert wanted[0].left(count, paths) * allocation._widened(count) <= wanted[0].asked
     assert cost(count, paths) <= 1.5 * best  # paths are rounded up to a power of two
 
 
@@ -138,9 +137,9 @@ def test_flat_scenes_and_paths_asked_for():
 def test_more_paths_than_there_may_be_are_refused_by_the_error_asked_for(asked, named):
     hopeless = replace(SMALL, roughness=Roughness(2.0, (0.0,)), accuracy=asked)
     if named.startswith("standard"):  # one facet alone: what its rays leave is set by hand
-        wanted = [planning._Wanted(lobe=False, between=0.0, of_path=1e3, asked=1e-6)]
+        wanted = [allocation.Wanted(lobe=False, between=0.0, of_path=1e3, asked=1e-6)]
         with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
-            planning._cheapest(wanted, hopeless, 0, single=True)
+            allocation.cheapest(wanted, hopeless, 0, single=True)
         return
     with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
         planning.plan(hopeless)

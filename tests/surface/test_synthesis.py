@@ -224,7 +224,7 @@ def test_border_of_what_is_feasible(capsys):
         ((2.0, 0.5), {"cells": (4, 4, 4)}, "cells"),
         ((2.0, 0.5), {"correlation": 0.0}, "correlation"),
         ((2.0, 0.5), {"correlation": np.inf}, "correlation"),
-        ((2.0, 0.5), {"structure": "fractal"}, "'fractal': must be independent, tops"),
+        ((2.0, 0.5), {"structure": "fractal"}, "'fractal': must be one of independent, tops"),
         ((2.0, 0.5), {"structure": 1}, "structure = 1"),
         ((2.0, 0.5), {"spacing": 0.0}, "spacing"),
         ((2.0, 0.5), {"seed": -1}, "seed"),

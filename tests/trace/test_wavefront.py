@@ -11,7 +11,7 @@ from microsurf.trace import wavefront
 from microsurf.trace.beam import light_direction, stratified_points
 from microsurf.trace.embree import EmbreeTile, Hits
 from microsurf.trace.grid import from_heights
-from microsurf.trace.kernels import empty_space, fans
+from microsurf.trace.kernels import empty_space
 from microsurf.trace.kernels.state import ENDS, Frame, empty_ray_batch
 from microsurf.trace.plane import Plane
 
@@ -68,19 +68,6 @@ def share(tally, of_batches):
     rest = of_batches - mean * tally.batch_light
     count = len(rest)
     return mean, np.sqrt((rest**2).sum() * count / (count - 1)) / tally.light
-
-
-def test_the_kernel_has_the_law_of_physics():
-    mu = np.concatenate([np.geomspace(1e-9, 1, 200)])
-    for n in (1 + 1e-9, 1.33, 1.5, 2.4, 100.0):
-        kernel = [fans.transmittance(m, n, 0.0) for m in mu]
-        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
-    for n, k in CONDUCTORS:
-        kernel = [fans.transmittance(m, n, k) for m in mu]
-        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n, k), rtol=1e-13)
-
-
-CONDUCTORS = ((0.21, 3.272), (1.02, 2.577), (1.366, 7.4052), (0.5, 1e-3), (100.0, 100.0))
 
 
 @pytest.mark.parametrize("facets", [IL, MIRROR, LAMBERT])

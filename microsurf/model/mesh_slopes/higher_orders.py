@@ -117,7 +117,7 @@ def _walk(
     weighted_walk(exits, events, weights, most, i, parameters, facet, *bins, stream(rng))
     weights -= 1
     left = events[:, 1] >= 0
-    body = np.searchsorted(detector.BODY_EDGES, events[left, 1], side="right") - 1
+    body = detector.body_bins_of(events[left, 1])
     order = np.minimum(events[left, 0], len(detector.ORDERS)) - 1
     count = int(body.max(initial=0)) + 1
     flux = np.bincount(

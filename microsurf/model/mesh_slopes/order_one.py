@@ -144,13 +144,6 @@ def _binned(
     o, light = o[leaves], light[leaves]
     o = o / np.linalg.norm(o, axis=-1, keepdims=True)
     light = light * (1 + lambda_i) / (1 + lambda_i + smith_lambda(o))
-    ring = np.searchsorted(
-        detector.RING_EDGES, np.degrees(np.arccos(np.minimum(o[:, 2], 1))), "right"
-    )
-    ring = np.minimum(ring, detector.RINGS) - 1
-    turn = (np.degrees(np.arctan2(o[:, 1], o[:, 0])) - phi) / 360 * detector.SECTORS
-    sector = np.floor(turn + 0.5).astype(np.int64) % detector.SECTORS
-    counts = np.bincount(
-        ring * detector.SECTORS + sector, light, minlength=detector.RINGS * detector.SECTORS
-    )
+    lobe = detector.RINGS * detector.SECTORS
+    counts = np.bincount(detector.bins_of(o, phi), light, minlength=lobe)
     return np.asarray(counts.reshape(detector.RINGS, detector.SECTORS), float)

@@ -9,7 +9,8 @@ walks change a little, and a fit can follow.
 import numpy as np
 
 from ...jit import force_inlined
-from .facet_kernels import diffused, reflected, scatter
+from ...physics.fresnel_kernels import reflected
+from .facet_kernels import diffused, scatter
 from .smith_kernels import above, mirrored, smith_step, visible_normal
 
 

@@ -2,12 +2,13 @@
 # ruff: noqa: ANN001, ANN201 - numba finds the types
 """One facet, compiled: what it mirrors, what its substrate sends out, random numbers.
 
-The laws are those of `physics.fresnel` and `physics.facet`, one number at a time.
+The formulas are those of `physics.facet`, one number at a time.
 """
 
 import numpy as np
 
 from ...jit import force_inlined
+from ...physics.fresnel_kernels import passed, transmittance
 from ...results import detector
 
 ABSORBED, OVER = -1, -2  # ends of paths: in the substrate, or after the most events asked for
@@ -23,58 +24,6 @@ def uniform(state):
     state[1] = c + (c << np.uint64(3))
     state[2] = ((c << np.uint64(24)) | (c >> np.uint64(40))) + word
     return (word >> np.uint64(11)) * 2.0**-53
-
-
-@force_inlined
-def refracted(mu, n, k):
-    """Real and imaginary part of g = √(η² − 1 + μ²), η = n + ik."""
-    real, imaginary = (n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k
-    size = np.sqrt(real * real + imaginary * imaginary)
-    if real >= 0:
-        a = np.sqrt((size + real) / 2)
-        return a, imaginary / (2 * a)
-    b = np.sqrt((size - real) / 2)
-    return imaginary / (2 * b), b
-
-
-@force_inlined
-def reflected(mu, facet):
-    """F(μ) of the facet as `physics.fresnel.reflectance`; 1 − T would be noise near n = 1."""
-    n, k = facet.n, facet.k
-    a, b = refracted(mu, n, k)
-    square, imaginary = (n - k) * (n + k), 2 * n * k
-    across = (a + mu) ** 2 + b * b
-    along = (square * mu + a) ** 2 + (imaginary * mu + b) ** 2
-    excess = ((n - 1) * (n + 1) - k * k) ** 2 + imaginary * imaginary
-    brewster = ((square + 1) * mu * mu - 1) ** 2 + (imaginary * mu * mu) ** 2
-    return excess * (1 / (across * across) + brewster / (along * along)) / 2
-
-
-@force_inlined
-def absorptance(mu, n, k):
-    """T(μ) of a conductor."""
-    a, b = refracted(mu, n, k)
-    imaginary = 2 * n * k
-    square = (n - k) * (n + k)
-    across = (a + mu) ** 2 + b * b
-    along = (square * mu + a) ** 2 + (imaginary * mu + b) ** 2
-    return 2 * mu * (a / across + (square * a + imaginary * b) / along)
-
-
-@force_inlined
-def transmittance(mu, n):
-    """T(μ) of a dielectric as `physics.fresnel.transmittance`."""
-    g = np.sqrt((n - 1) * (n + 1) + mu * mu)
-    a, b = g + mu, n * n * mu + g
-    return 2 * g * mu * (1 / (a * a) + n * n / (b * b))
-
-
-@force_inlined
-def passed(mu, facet):
-    """T(μ) of the facet: what it does not mirror."""
-    if facet.k > 0:
-        return absorptance(mu, facet.n, facet.k)
-    return transmittance(mu, facet.n)
 
 
 @force_inlined

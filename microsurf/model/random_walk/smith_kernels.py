@@ -10,8 +10,9 @@ TOG 35(4), 2016, in an exponential half-space of heights h ≤ 0. Slopes are in 
 import numpy as np
 
 from ...jit import force_inlined
+from ...physics.fresnel_kernels import reflected
 from ...results import detector
-from .facet_kernels import OVER, diffused, reflected, scatter, uniform
+from .facet_kernels import OVER, diffused, scatter, uniform
 
 _FAR = 200.0  # beyond e^200 slopes are held as a ratio, so that their squares do not overflow
 

@@ -80,14 +80,9 @@ def tally_walks(
         exits, events = exits[left], events[left]
     order, body = np.minimum(events[:, 0], len(detector.ORDERS)) - 1, events[:, 1]
     if body.size and body.max() > detector.BODY_EXACT:
-        body = np.searchsorted(detector.BODY_EDGES, body, side="right") - 1
-    theta = np.degrees(np.arccos(np.minimum(exits[:, 2], 1)))
-    ring = np.minimum(np.searchsorted(detector.RING_EDGES, theta, side="right"), detector.RINGS) - 1
-    turn = (np.degrees(np.arctan2(exits[:, 1], exits[:, 0])) - phi_i) / 360 * detector.SECTORS
-    sector = np.floor(turn + 0.5).astype(np.int64) % detector.SECTORS
-    code = (
-        (body * len(detector.ORDERS) + order) * detector.RINGS + ring
-    ) * detector.SECTORS + sector
+        body = detector.body_bins_of(body)
+    lobe = detector.RINGS * detector.SECTORS
+    code = (body * len(detector.ORDERS) + order) * lobe + detector.bins_of(exits, phi_i)
     shape = (-1, len(detector.ORDERS), detector.RINGS, detector.SECTORS)
     size = int(np.prod(shape[1:]))
     counts = np.bincount(code, minlength=size)

@@ -27,8 +27,9 @@ light; what a cone of directions receives is finite.
 import numpy as np
 
 from ...jit import force_inlined
+from ...physics.fresnel_kernels import reflected
 from ...results import detector
-from .facet_kernels import OVER, diffused, reflected, scatter, uniform
+from .facet_kernels import OVER, diffused, scatter, uniform
 from .smith_kernels import mirrored, radial_slope
 
 SUMMED = 32

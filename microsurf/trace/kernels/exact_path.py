@@ -13,6 +13,7 @@ orders cost no branching.
 import numpy as np
 
 from ...jit import compiled, inlined
+from ...physics.fresnel_kernels import passed, transmittance
 from ...results import detector
 from .exact_fan import deposit
 from .exact_horizon import FOOTPRINT, first_blocked, free_flight
@@ -29,7 +30,6 @@ from .fans import (
     START_Z,
     elevation,
     sector_of,
-    transmittance,
 )
 from .scatter import arrive, mirror
 from .splitmix import uniform
@@ -54,7 +54,7 @@ def body_direction(mx, my, mz, first, second, facet, bound, random):
             if not facet.interface:
                 break
             mu = dx * mx + dy * my + dz * mz
-            if mu > 0 and uniform(random) * bound < transmittance(mu, facet.n, 0.0):
+            if mu > 0 and uniform(random) * bound < transmittance(mu, facet.n):
                 break
         first, second = uniform(random), uniform(random)
     return dx, dy, dz
@@ -115,7 +115,7 @@ def trace_light(
             length = np.sqrt(1 + p * p + q * q)
             mx, my, mz = -p / length, -q / length, 1 / length
             mu = min(max(-(ox * mx + oy * my + oz * mz), 1e-12), 1.0)
-            through = transmittance(mu, facet.n, facet.k) if facet.interface else 1.0
+            through = passed(mu, facet) if facet.interface else 1.0
             into = through * weight
             if not facet.substrate:
                 tallies.ended[ABSORBED] += into
@@ -191,7 +191,7 @@ def trace_light(
             length = np.sqrt(1 + p * p + q * q)
             mx, my, mz = -p / length, -q / length, 1 / length
             mu = min(max(-(ox * mx + oy * my + oz * mz), 1e-12), 1.0)
-            if facet.interface and uniform(random) >= transmittance(mu, facet.n, facet.k):
+            if facet.interface and uniform(random) >= passed(mu, facet):
                 ox, oy, oz = mirror(ox, oy, oz, mx, my, mz, mu)
                 continue
             if body >= detector.BODY_EXACT and uniform(random) >= facet.survival:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...jit import compiled, inlined
+from ...jit import inlined
 from ...results import detector
 from .empty_space import push_ray
 
@@ -60,18 +60,6 @@ def all_rings(n: float) -> Rings:
     sine, cosine = np.sin(edges), np.cos(edges)
     parts = np.diff(sine**2) / 2, np.diff(edges - sine * cosine) / 2
     return Rings(edges, sine, cosine, np.sin(nodes), np.cos(nodes), *parts, n)
-
-
-@compiled
-def transmittance(mu, n, k):
-    """T(μ) as in `physics.fresnel.transmittance`, one number at a time; k > 0 is a conductor."""
-    if k > 0:
-        eta2 = complex((n - k) * (n + k), 2 * n * k)
-        root = np.sqrt(complex((n - 1) * (n + 1) - k * k + mu * mu, 2 * n * k))
-        across, along = abs(root + mu) ** 2, abs(eta2 * mu + root) ** 2
-        return 2 * mu * (root.real / across + (eta2 * root.conjugate()).real / along)
-    g = np.sqrt((n - 1) * (n + 1) + mu * mu)
-    return 2 * g * mu * (1 / (g + mu) ** 2 + n * n / (n * n * mu + g) ** 2)
 
 
 @inlined

@@ -9,6 +9,7 @@ ray by ray. At later facets a path draws one of both.
 import numpy as np
 
 from ...jit import compiled, inlined
+from ...physics.fresnel_kernels import passed, transmittance
 from ...results import detector
 from .empty_space import push_ray
 from .fans import (
@@ -26,7 +27,6 @@ from .fans import (
     next_probe,
     probe,
     sector_of,
-    transmittance,
     unfold,
 )
 from .intersection import CONTINUES, ESCAPED, ON_FACET, classify_ray
@@ -51,7 +51,7 @@ def _body_direction(mx, my, mz, facet, bound, rng):
             if not facet.interface:
                 return dx, dy, dz
             mu = dx * mx + dy * my + dz * mz
-            if mu > 0 and rng.random() * bound < transmittance(mu, facet.n, 0.0):
+            if mu > 0 and rng.random() * bound < transmittance(mu, facet.n):
                 return dx, dy, dz
 
 
@@ -137,7 +137,7 @@ def scatter_batch(active, rays, next_rays, hits, grid, frame, scattering, bins, 
             continue
 
         mu = min(max(mu, 1e-12), 1.0)
-        through = transmittance(mu, facet.n, facet.k) if facet.interface else 1.0
+        through = passed(mu, facet) if facet.interface else 1.0
         mirrored = facet.interface
         scattered = facet.substrate
         mirror_weight = weight

@@ -14,7 +14,7 @@ from microsurf.model.random_walk import facet_kernels, smith_kernels
 from microsurf.model.random_walk.evaluate import evaluate_walk
 from microsurf.model.random_walk.parameters import slope_parameters, stream, walk_facet
 from microsurf.model.random_walk.simulate import MOST_EVENTS, walk
-from microsurf.physics import facet, fresnel
+from microsurf.physics import facet
 from microsurf.physics import visible_normals as visible
 from microsurf.results import albedos, datasets, detector
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
@@ -48,23 +48,6 @@ def test_random_numbers_are_those_of_numpys_sfc64():
     state = generator.bit_generator.state["state"]["state"].copy()
     drawn = [facet_kernels.uniform(state) for _ in range(1000)]
     np.testing.assert_array_equal(drawn, generator.random(1000))
-
-
-def test_the_kernels_transmittance_is_the_law_of_physics():
-    mu = np.geomspace(1e-9, 1, 200)
-    for n in (1 + 1e-9, 1.5, 4.0, 100.0):
-        of = GOLD_FACET._replace(n=n, k=0.0)
-        kernel = [facet_kernels.reflected(m, of) for m in mu]
-        # Brewster's zero of r_p is where rounding shows most, but there r_s is larger.
-        np.testing.assert_allclose(kernel, fresnel.reflectance(mu, n), rtol=1e-13)
-        kernel = [facet_kernels.transmittance(m, n) for m in mu]
-        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n), rtol=1e-14)
-    for n, k in ((0.21, 3.272), (1.02, 2.577), (1.366, 7.4052), (0.5, 1e-3), (100.0, 100.0)):
-        of = GOLD_FACET._replace(n=n, k=k)
-        kernel = [facet_kernels.reflected(m, of) for m in mu]
-        np.testing.assert_allclose(kernel, fresnel.reflectance(mu, n, k), rtol=1e-12)
-        kernel = [facet_kernels.absorptance(m, n, k) for m in mu]
-        np.testing.assert_allclose(kernel, fresnel.transmittance(mu, n, k), rtol=1e-13)
 
 
 @pytest.mark.parametrize("gamma", [1.501, 1.6, 2.0, 2.0001, 3.0, 8.0, 1e3, 1e6, 1e9, np.inf])
