@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration frontiers bench clean
+.PHONY: validate test test-long lint gallery atlas calibration gridwalk frontiers bench clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -32,10 +32,17 @@ calibration: $(READY)
 	$(BIN)/python -m validation.calibration.verdict_rates
 	$(BIN)/python -m validation.calibration.repeat
 	$(BIN)/python -m validation.calibration.known_defects
+	$(BIN)/python -m validation.calibration.brdf_fit
+
+# Embree against a walk over the grid in float64: facets, albedos, leaks.
+gridwalk: $(READY)
+	$(BIN)/python -m validation.gridwalk.check
+	$(BIN)/python -m validation.gridwalk.leaks
 
 # Goes on where it was stopped.
 frontiers: $(READY)
 	$(BIN)/python -m validation.tradeoff.run
+	$(BIN)/python -m validation.tradeoff.recommendations
 
 # Wants a quiet machine and LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)

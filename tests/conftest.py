@@ -1,15 +1,10 @@
 """What all tests share."""
 
 import os
-import sys
-from pathlib import Path
 
 import mpmath
 import pytest
 from hypothesis import settings
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from judge import KEY, Ledger, fresh, judge, new_seed, verdict
 
 __all__ = ["judge", "new_seed"]  # fixtures

@@ -92,6 +92,21 @@ def test_few_rooms():
     assert len(loose) <= 6
 
 
+def test_every_script_has_a_make_target():
+    targets = (ROOT / "Makefile").read_text(encoding="utf-8")
+    scripts = [p for p in SCRIPTS if '__name__ == "__main__"' in p.read_text(encoding="utf-8")]
+    assert len(scripts) > 10
+    assert not [name for name in map(module_name, scripts) if f"-m {name}\n" not in targets]
+
+
+@pytest.mark.parametrize("folder", ["validation", "tests"])
+def test_modules_are_found_by_their_names(folder):
+    """Nothing is put into sys.path to be found; pytest's own list is in pyproject.toml."""
+    hack = "sys.path" + ".insert", "sys.path" + ".append"
+    for path in (ROOT / folder).rglob("*.py"):
+        assert not [word for word in hack if word in path.read_text(encoding="utf-8")], path
+
+
 def test_files_are_short():
     """A longer file has two subjects; one that is short again leaves the list."""
     long = {
@@ -158,12 +173,19 @@ def test_one_file_counts_processors(path):
     assert "workers=-1" not in text  # scipy counts those of the machine
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.relative_to(PACKAGE).as_posix())
-def test_only_one_function_writes_figures_and_matplotlib_is_loaded_to_draw(path):
-    """What a shell or a matplotlibrc asks for reaches no figure, and no command without one."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+@pytest.mark.parametrize("path", [*MODULES, *SCRIPTS], ids=module_name)
+def test_only_one_function_writes_figures(path):
+    """What a matplotlibrc asks for reaches no figure: where one is made, ours is the style."""
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text)
     asked = [n for n in ast.walk(tree) if isinstance(n, ast.Attribute) and n.attr == "savefig"]
     assert not asked or path == PACKAGE / "report" / "figures" / "figure.py"
+    assert path not in SCRIPTS or " Figure(" not in text or "@own_style()" in text
+
+
+@pytest.mark.parametrize("path", MODULES, ids=module_name)
+def test_matplotlib_is_loaded_to_draw(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
     loaded = [n.module or "" for n in tree.body if isinstance(n, ast.ImportFrom)]
     loaded += [a.name for n in tree.body if isinstance(n, ast.Import) for a in n.names]
     assert not [name for name in loaded if name.split(".")[0] == "matplotlib"]

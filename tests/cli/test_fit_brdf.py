@@ -1,22 +1,17 @@
 """What `microsurf fit` gives for a measured BRDF: figures, scene, picture, pairs."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from made import closed_form, directions
 
 from microsurf.cli.fit_brdf import fit_brdf_command, table
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
 from microsurf.results.measured_brdf import holds_brdf, read_brdf, write_csv
 from microsurf.scene.toml import read
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "analysis" / "brdf_fit"))
-
-from made import closed_form, directions
 
 CONTRACT = {
     "kind", "n", "n_ci", "gamma", "gamma_ci", "sigma", "sigma_ci", "kd", "log_rms",

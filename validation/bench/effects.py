@@ -132,7 +132,7 @@ def _spread(cost: str, ratios: list[float]) -> dict[str, float]:
 
 def measure() -> list[dict[str, object]]:
     """All engines."""
-    wavefront.time = _Clock  # type: ignore[misc, assignment]
+    wavefront.time = _Clock  # type: ignore[attr-defined, assignment]
     rows = []
     for gamma, sigma, cells in MESHES:
         scene = Scene(roughness=Roughness(gamma, (sigma,)), light=Light((THETA,)))
@@ -156,7 +156,7 @@ def _isotropy(scene: Scene) -> list[dict[str, object]]:
     ]
     ratios = sorted(plain / full for full, plain in turns)
     engine = {"engine": "smith, order 1, four azimuths", "without": "anisotropy"}
-    return [engine | _spread("path", ratios)]
+    return [{**engine, **_spread("path", ratios)}]
 
 
 _METHOD = (

@@ -109,4 +109,4 @@ def agreement(ours: Array, theirs: Array, paths: int) -> Array:
     error = np.sqrt(ours.var(0, ddof=1) / len(ours) + theirs.var(0, ddof=1) / len(theirs))
     bright = np.minimum(ours.mean(0), theirs.mean(0)) * paths >= BRIGHT
     difference = ours.mean(0) - theirs.mean(0)
-    return np.divide(difference, error, out=np.full_like(error, np.nan), where=bright)
+    return np.asarray(np.divide(difference, error, out=np.full_like(error, np.nan), where=bright))

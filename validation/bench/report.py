@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import platform
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from microsurf import memory
 from microsurf.files import whole_file
+from microsurf.report.figures import figure as figure_file
+from microsurf.report.figures.style import own_style
 
 from .growth import GAMMA, SIGMA, THETA, Size
 from .rows import Row
@@ -22,7 +25,7 @@ FOLDER = Path(__file__).parents[2] / "reports" / "bench"
 PACKAGES = ("microsurf", "mitsuba", "drjit", "embreex", "numba", "numpy")
 # Okabe and Ito's palette: distinct to the colour-blind; markers say it again.
 _STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#E69F00", "^"))
-_GROUPS = {
+_GROUPS: dict[str, Callable[[str], bool]] = {
     "paths a second": lambda q: q == "paths a second",
     "order-1 body lobe,\nmedian bin": lambda q: q.endswith("order-1 body lobe"),
     "order-1 specular lobe,\nmedian bin": lambda q: q.endswith("order-1 specular lobe"),
@@ -58,13 +61,15 @@ def machine() -> dict[str, str | int]:
     }
 
 
+@own_style()
 def write(folder: Path, rows: list[Row], sizes: list[Size], threads: dict[int, float]) -> None:
     """Write bench.json, bench.csv, bench.md and the plots into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     about = machine()
+    table = [{**_rounded(row), "verdict": row.verdict} for row in rows]
     content = {
         "machine": about,
-        "rows": [{**_rounded(row), "verdict": row.verdict} for row in rows],
+        "rows": table,
         "growth": [_rounded(size) for size in sizes],
         "speed_up": {str(count): round(gain, 3) for count, gain in threads.items()},
     }
@@ -74,13 +79,13 @@ def write(folder: Path, rows: list[Row], sizes: list[Size], threads: dict[int, f
         whole_file(folder / "bench.csv") as path,
         path.open("w", newline="", encoding="utf-8") as file,
     ):
-        table = csv.DictWriter(file, content["rows"][0].keys())
-        table.writeheader()
-        table.writerows(content["rows"])
+        writer = csv.DictWriter(file, table[0].keys())
+        writer.writeheader()
+        writer.writerows(table)
     with whole_file(folder / "bench.md") as path:
         path.write_text(_page(about, rows, sizes, threads), encoding="utf-8")
-    ratios(rows).savefig(folder / "ratios.png", dpi=100)
-    growth(sizes).savefig(folder / "growth.png", dpi=100)
+    figure_file.write(ratios(rows), folder / "ratios.png", dpi=100)
+    figure_file.write(growth(sizes), folder / "growth.png", dpi=100)
 
 
 def _rounded(item: Row | Size) -> dict[str, object]:
@@ -223,7 +228,7 @@ def ratios(rows: list[Row]) -> Figure:
 
 
 def _ratio_panel(panel: Axes, title: str, found: list[Row]) -> None:
-    angles = sorted({row.theta for row in found})
+    angles = sorted({row.theta for row in found if row.theta is not None})
     for k, case in enumerate(dict.fromkeys(row.case for row in found)):
         of_case = [row for row in found if row.case == case]
         colour, marker = _STYLES[k]
@@ -231,12 +236,12 @@ def _ratio_panel(panel: Axes, title: str, found: list[Row]) -> None:
         low = np.array([row.ratio if row.low is None else row.low for row in of_case])
         high = np.array([row.ratio if row.high is None else row.high for row in of_case])
         panel.errorbar(
-            [angles.index(row.theta) + 0.15 * (k - 1) for row in of_case], value,
+            [angles.index(row.theta or 0.0) + 0.15 * (k - 1) for row in of_case], value,
             yerr=(value - low, high - value), color=colour, marker=marker, linestyle="none",
             markersize=5, capsize=2, linewidth=1, label=case,
         )  # fmt: skip
-    for row in found[:1]:
-        panel.axhline(row.target, color="#000000", linestyle="--", linewidth=1, label="target")
+    for target in [row.target for row in found[:1] if row.target is not None]:
+        panel.axhline(target, color="#000000", linestyle="--", linewidth=1, label="target")
     panel.axhline(1, color="#888888", linewidth=0.8)
     panel.set_title(title, fontsize=9)
     panel.set_xticks(range(len(angles)), [f"{theta:g}" for theta in angles])
@@ -248,7 +253,7 @@ def growth(sizes: list[Size]) -> Figure:
     """Time a path and memory a cell with the number of cells."""
     figure = Figure(figsize=(7, 3), layout="constrained")
     left, right = figure.subplots(1, 2)
-    draw = (
+    draw: tuple[tuple[Axes, Callable[[Size], float], str, str], ...] = (
         (left, lambda s: s.microseconds_per_path, "µs a path", "Time a path"),
         (right, lambda s: s.bytes_per_cell, "bytes a cell", "Peak memory"),
     )

@@ -109,8 +109,8 @@ def agree(mesh: Mesh, effort: BenchEffort) -> list[Row]:
                 fluxes.append(_batches(player, AGREEMENT_BATCHES, effort, f"{name}: {kind}")[0])
     rows = []
     for a, theta in enumerate(THETAS):
-        means = [efficiency.figures(flux[:, a]) for flux in fluxes]
-        z = efficiency.agreement(*means, effort.batch_paths)
+        ours, theirs = (efficiency.figures(flux[:, a]) for flux in fluxes)
+        z = efficiency.agreement(ours, theirs, effort.batch_paths)
         worst = float(np.nanmax(np.abs(z)))
         rows.append(
             Row(name, theta, "agreement: z of the albedos, the largest", worst, Z, at_most=True)
@@ -167,7 +167,8 @@ def _speed(
     mesh: Mesh, theta: float, ours: Player, theirs: Player, effort: BenchEffort
 ) -> list[Row]:
     """Rows of one case's turns; the first one's ratio is that of light rays a second."""
-    mine, others = [], {variant: [] for variant in ("", *VARIANTS)}
+    mine: list[Turn] = []
+    others: dict[str, list[Turn]] = {variant: [] for variant in ("", *VARIANTS)}
     name = f"{mesh.name}, θ = {theta:g}°"
     for k in tqdm(range(effort.turns), desc=name, unit=" turns", disable=None):
         mine.append(ours.ask("turn", theta, effort.turn_paths, k))
@@ -180,7 +181,7 @@ def _speed(
     for variant, words in VARIANTS.items():
         quantity = f"paths a second, theirs {words}"
         rows.append(_turns_row(mesh, theta, quantity, mine, others[variant], paths_a_second))
-    inside = statistics.median(turn.embree_ratio for turn in mine)
+    inside = statistics.median(turn.embree_ratio or 0.0 for turn in mine)
     rows.append(Row(mesh.name, theta, "tracing time inside Embree", inside, INSIDE, ours=inside))
     lost = [
         sum(turn.lost for turn in side) / sum(turn.light_rays for turn in side)

@@ -17,6 +17,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from microsurf.results import detector
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
 from microsurf.surface import Heightfield, read_surface
 
@@ -115,7 +116,7 @@ class Ours:
         """See `Side`."""
         found = self._run(thetas, kd, paths, seed)
         energy = self._datasets.by_kind(found.flux, N, kd).isel(realisation=0, phi_i=0)
-        energy = energy.reindex(order=list(self._datasets.ORDERS), fill_value=0.0)
+        energy = energy.reindex(order=list(detector.ORDERS), fill_value=0.0)
         flux = energy.transpose("theta_i", "order", "kind", "theta_o", "phi_o").values
         lost = self._albedos.lost_light(found).isel(phi_i=0).values
         rays = float(found.light_rays.sum()) / len(thetas)

@@ -29,7 +29,7 @@ from microsurf.stats import hypothesis_tests
 from microsurf.surface import Heightfield, generate_surface, surface_statistics
 from microsurf.trace import wavefront
 from microsurf.trace.embree import EmbreeTile
-from microsurf.trace.kernels import intersection, scatter
+from microsurf.trace.kernels import empty_space, intersection, scatter
 from microsurf.trace.wavefront import Tally
 
 from ..gridwalk.check import IL, ordinary
@@ -63,7 +63,7 @@ def exact_lambda(theta: float, gamma: float, sigma: float) -> Any:
     return norm * whole / x
 
 
-def law_against_mpmath(seed: int, parameters: str, factor: float = 1.0) -> float:
+def formula_against_mpmath(seed: int, formula: str, factor: float = 1.0) -> float:
     """F, T, r_i or Λ at three random arguments, ``factor`` times itself, against mpmath."""
     rng = np.random.default_rng(seed)
     off = 0.0
@@ -71,11 +71,11 @@ def law_against_mpmath(seed: int, parameters: str, factor: float = 1.0) -> float
         for _ in range(3):
             n, mu = rng.uniform(1.1, 3), rng.uniform(0.1, 1)
             theta, gamma = rng.uniform(0.7, 1.4), rng.uniform(1.7, 10)
-            if parameters == "F":
+            if formula == "F":
                 value, exact = fresnel.reflectance(mu, n), 1 - exact_transmittance(mu, n)
-            elif parameters == "T":
+            elif formula == "T":
                 value, exact = fresnel.transmittance(mu, n), exact_transmittance(mu, n)
-            elif parameters == "r_i":
+            elif formula == "r_i":
                 value = 1 - fresnel.external_diffuse_transmittance(n) / n**2
                 edges = [0, 1 / mp.sqrt(mp.mpf(n) ** 2 + 1), 1]
                 escape = mp.quad(lambda c, n=n: 2 * c * exact_transmittance(c, n), edges)
@@ -189,10 +189,10 @@ class Offset:
     def __init__(self, factor: float) -> None:
         grid = ordinary(8.0, 0.7, 64)
         self._embree, self._exact = EmbreeTile(grid), GridWalk(grid)
-        options = {"nogil": True, "error_model": "numpy", "_nrt": False}
+        options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
         inlined = njit(inline="always", **options)
         reconstruct_hit = inlined(
-            _with(intersection.reconstruct_hit, OFFSET=factor * intersection.OFFSET)
+            _with(intersection.reconstruct_hit, OFFSET=factor * empty_space.OFFSET)
         )
         classify_ray = inlined(_with(intersection.classify_ray, reconstruct_hit=reconstruct_hit))
         self._take = njit(**options)(_with(scatter.scatter_batch, classify_ray=classify_ray))

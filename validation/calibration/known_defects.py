@@ -135,7 +135,7 @@ def shares(name: str, right: str, before: Case, after: Case) -> list[dict[str, o
         own = factor * np.std([sum(one[q].values()) for one in less], ddof=1)
         if abs(difference) < 1e-9:
             continue  # the defect does not touch this part
-        looked_for = (right,)
+        looked_for: tuple[str, ...] = (right,)
         if right == STRUCTURE_TERMS[0]:  # order 1 has no multiple
             looked_for = STRUCTURE_TERMS[1:] if q in FIRST else STRUCTURE_TERMS
         for term in looked_for:

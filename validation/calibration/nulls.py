@@ -24,7 +24,8 @@ def gaussian_slopes(seed: int, scale: float = 1.0) -> np.ndarray:
     heights = fft.ifft2(fft.fft2(noise) * transfer).real / np.sqrt(np.mean(transfer**2))
     slopes = [np.roll(heights, -1, axis) - np.roll(heights, 1, axis) for axis in (0, 1)]
     variance = 2 * (1 - np.exp(-4 / LENGTH**2))
-    return -np.expm1(-(scale**2) * (slopes[0] ** 2 + slopes[1] ** 2) / (2 * variance))
+    squared = slopes[0] ** 2 + slopes[1] ** 2
+    return np.asarray(-np.expm1(-(scale**2) * squared / (2 * variance)))
 
 
 def z_of_mean(seed: int, shift: float = 0.0) -> float:

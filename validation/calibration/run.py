@@ -51,23 +51,27 @@ def on_it(seed: int) -> float:
 
 
 MPMATH, FACET, WALK = (
-    "law against mpmath",
+    "formula against mpmath",
     "facet by evaluation, Kd = 0.8",
     "walk against quadrature",
 )
 DEFECTS: tuple[tuple[str, str, Callable[[int], float]], ...] = (
     *(
-        (f"{law} off by 1 %", MPMATH, partial(defects.law_against_mpmath, law=law, factor=1.01))
-        for law in ("F", "T", "r_i", "Λ")
+        (
+            f"{formula} off by 1 %",
+            MPMATH,
+            partial(defects.formula_against_mpmath, formula=formula, factor=1.01),
+        )
+        for formula in ("F", "T", "r_i", "Λ")
     ),
     *(
-        (f"{law} off by 1 %", FACET, partial(defects.facet_by_evaluation, defect=law))
-        for law in ("F", "T", "r_i")
+        (f"{formula} off by 1 %", FACET, partial(defects.facet_by_evaluation, defect=formula))
+        for formula in ("F", "T", "r_i")
     ),
     ("1/n² left out", FACET, partial(defects.facet_by_evaluation, defect="1/n²")),
     *(
-        (f"{law} off by 1 %", WALK, partial(defects.walk_against_quadrature, defect=law))
-        for law in ("F", "T", "r_i", "Λ")
+        (f"{formula} off by 1 %", WALK, partial(defects.walk_against_quadrature, defect=formula))
+        for formula in ("F", "T", "r_i", "Λ")
     ),
     ("slopes 2 % too steep", "surface statistics", partial(defects.slope_quantiles, factor=1.02)),
     ("slopes 2 % too flat", "surface statistics", partial(defects.slope_quantiles, factor=0.98)),

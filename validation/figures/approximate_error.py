@@ -10,6 +10,7 @@ Lambertian surface: the rms relative error of f_b, and the relative error of the
 
 import argparse
 import csv
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -21,6 +22,8 @@ from scipy.optimize import least_squares
 from microsurf.model.directions import direction
 from microsurf.model.single_scattering import body_closed_form, brdf
 from microsurf.model.single_scattering.facets import Facets
+from microsurf.report.figures.figure import write
+from microsurf.report.figures.style import own_style
 
 Array = NDArray[np.float64]
 
@@ -54,12 +57,13 @@ def errors(facets: Facets, theta_i: float) -> tuple[float, float]:
 
 def table() -> list[tuple[float, ...]]:
     """Rows of COLUMNS."""
-    rows = []
+    rows: list[tuple[float, ...]] = []
     for gamma, n, sigma, theta in product(GAMMAS, INDICES, SIGMAS, THETAS):
         rows.append((gamma, n, sigma, theta, *errors(Facets(n, gamma, sigma, sigma), theta)))
     return rows
 
 
+@own_style()
 def heat_maps(rows: list[tuple[float, ...]]) -> Figure:
     """Rms relative error over σ and θ_i, a panel for each γ and n."""
     values = np.array(rows)[:, 4].reshape(len(GAMMAS), len(INDICES), len(SIGMAS), len(THETAS))
@@ -98,7 +102,7 @@ def fit() -> None:
         for n in (1.33, 1.5, 2.5)
     ]
 
-    def quotient(body: object, *more: object) -> list[Array]:
+    def quotient(body: Callable[..., Array], *more: object) -> list[Array]:
         """Mean of T T over the facets, apart from 1/(1 − r_e)."""
         return [body(facets, i, o, *more) / body(bare, i, o, *more) for facets, bare in design]
 
@@ -106,9 +110,8 @@ def fit() -> None:
 
     def residuals(constants: Array) -> Array:
         found = quotient(body_closed_form.body, body_closed_form.CosineSpread(*constants))
-        return np.concatenate(
-            [weight * (v / e - 1) for v, e in zip(found, exact, strict=True)]
-        ) / np.sqrt(len(design))
+        off = [weight * (v / e - 1) for v, e in zip(found, exact, strict=True)]
+        return np.asarray(np.concatenate(off) / np.sqrt(len(design)))
 
     best = least_squares(residuals, [1.0, 0.5, 0.0, 1.0], diff_step=1e-4)
     residual = 100 * np.linalg.norm(best.fun)
@@ -127,7 +130,7 @@ def main() -> None:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         writer.writerows([*row[:4], *(f"{v:.3f}" for v in row[4:])] for row in rows)
-    heat_maps(rows).savefig(GALLERY / "approximate-error.png")
+    write(heat_maps(rows), GALLERY / "approximate-error.png", dpi=110)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,8 @@ from tqdm import tqdm
 from microsurf import generate_surface, measure, model, predict
 from microsurf.physics import metals
 from microsurf.report.figures.bands import cut
-from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
+from microsurf.report.figures.figure import write
+from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, own_style
 from microsurf.results import datasets, detector
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.stats import intervals
@@ -100,7 +101,7 @@ def finish(figure: Figure, panels: np.ndarray, name: str, low: float = 3e-2) -> 
 
 def save(figure: Figure, name: str) -> None:
     """Write one picture, small enough for the repository."""
-    figure.savefig(OUT / f"{name}.png", dpi=110, metadata={"Software": None})
+    write(figure, OUT / f"{name}.png", dpi=110)
 
 
 def lobes_over_n_and_sigma() -> None:
@@ -266,6 +267,7 @@ FIGURES = (profiles, effect_of_masking, multiple_scattering, effect_of_gamma,
            lobes_over_n_and_sigma, sphere)  # fmt: skip
 
 
+@own_style()
 def main() -> None:
     """Draw the figures named on the command line, or all of them."""
     OUT.mkdir(parents=True, exist_ok=True)

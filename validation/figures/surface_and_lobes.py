@@ -12,7 +12,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from microsurf import measure, predict
-from microsurf.report.figures.style import BLACK, BLUE, GREY, VERMILION, clean
+from microsurf.report.figures.style import BLACK, BLUE, GREY, VERMILION, clean, own_style
 from microsurf.scene import Scene
 from microsurf.surface.realisations import surface_of
 
@@ -61,6 +61,7 @@ def draw_lobes(axes: Axes, scene: Scene) -> None:
     axes.set_title(f"lobes for light from {THETA:g}°", fontsize=9)
 
 
+@own_style()
 def main() -> None:
     """Draw and write the picture."""
     scene = gallery.scene(2.0, 0.5, 1.5, THETA)
@@ -68,7 +69,7 @@ def main() -> None:
     row, column = CORNER
     heights = surface_of(scene, 0, 0).heights[row : row + SIDE, column : column + SIDE]
     figure = Figure(figsize=(9.5, 3.9), layout="constrained")
-    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.35))
+    left, right = np.asarray(figure.subfigures(1, 2, width_ratios=(1, 1.35)))
     relief = left.add_subplot(projection="3d", computed_zorder=False)
     draw_relief(relief, heights - heights.mean())
     draw_lobes(right.add_subplot(), scene)

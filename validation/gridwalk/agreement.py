@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from microsurf.trace.embree import Hits
 from microsurf.trace.grid import Grid, triangles
 
-from .walk import Meetings
+from .walk import Meetings, Rays
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class FacetsOfRays:
 
     """
 
-    def __init__(self, grid: Grid, number: NDArray[np.int32], rays: tuple[Array, Array]) -> None:
+    def __init__(self, grid: Grid, number: NDArray[np.int32], rays: tuple[Rays, Rays]) -> None:
         vertices, faces = triangles(grid)
         origins, directions = (np.asarray(array, np.float64) for array in rays)
         direction = directions / np.linalg.norm(directions, axis=1)[:, None]
@@ -78,7 +78,7 @@ class FacetsOfRays:
 
 
 def facet_discrepancy(
-    grid: Grid, rays: tuple[Array, Array], seen: NDArray[np.int32], true: NDArray[np.int32]
+    grid: Grid, rays: tuple[Rays, Rays], seen: NDArray[np.int32], true: NDArray[np.int32]
 ) -> tuple[Array, Array]:
     """How much float32 must have erred to see other facets than the true ones.
 
@@ -114,7 +114,7 @@ def facet_discrepancy(
 
 
 def weight_discrepancy(
-    grid: Grid, rays: tuple[Array, Array], seen: Hits, true: Meetings
+    grid: Grid, rays: tuple[Rays, Rays], seen: Hits, true: Meetings
 ) -> tuple[Array, Array]:
     """Differences of the weights (u, v) on the same facet, in εR·perimeter/(2A cosθ) and in 1."""
     facets = FacetsOfRays(grid, true.triangle, rays)

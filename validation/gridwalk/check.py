@@ -119,7 +119,7 @@ def vertical(grid: Grid, count: int, rng: np.random.Generator) -> Pair:
     on_x, on_y = part * rng.integers(0, 2, (2, count))
     origins = np.stack([grid.x0 + MARGIN + x + on_x, grid.y0 + MARGIN + y + on_y,
                         np.full(count, grid.top + 1)], axis=1)  # fmt: skip
-    return origins.astype(np.float32), np.tile(np.float32([0, 0, -1]), (count, 1))
+    return origins.astype(np.float32), np.tile(np.array([0, 0, -1], np.float32), (count, 1))
 
 
 def compare(grid: Grid, embree: Tile, rays: Pair) -> dict[str, float]:
@@ -225,7 +225,7 @@ def albedos(light: int) -> list[dict[str, float | str]]:
     rows: list[dict[str, float | str]] = []
     for gamma, sigma, call in tqdm(ORDINARY, desc="albedos", disable=None):
         grid = ordinary(gamma, sigma)
-        tiles = {"embree": EmbreeTile(grid), "float64": GridWalk(grid)}
+        tiles: dict[str, Tile] = {"embree": EmbreeTile(grid), "float64": GridWalk(grid)}
         runs = {f"{theta:g}°": (tiles, theta) for theta in THETAS}
         if not rows:
             runs["control"] = (tiles | {"float64": GridWalk(raised(grid, 1.0))}, 60.0)
@@ -255,11 +255,10 @@ def main() -> int:
     if "facets" in asked.table or not asked.table:
         rows = facets(asked.light // 20)
         show(rows, "gridwalk.csv")
-        broken += [
-            row for row in rows
-            if (max(row["worst_facet_units"], row["worst_weight_units"]) > BOUND)
-            != (row["kind"] == "control")
-        ]  # fmt: skip
+        for row in rows:
+            worst = max(float(row["worst_facet_units"]), float(row["worst_weight_units"]))
+            if (worst > BOUND) != (row["kind"] == "control"):
+                broken.append(row)
     if "albedos" in asked.table or not asked.table:
         rows = albedos(asked.light)
         show(rows, "gridwalk_albedo.csv")

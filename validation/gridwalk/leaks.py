@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from microsurf.trace.embree import EmbreeTile, Rays
+from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import Grid, triangles
 
 from .agreement import FacetsOfRays
 from .check import IL, ORDINARY, OUT, ordinary, traced
-from .walk import GridWalk
+from .walk import GridWalk, Rays
 
 THETAS = (0.0, 60.0, 80.0, 89.0)
 LIGHT = 10_000
@@ -36,7 +36,8 @@ def from_behind(grid: Grid, number: NDArray[np.int32], directions: Rays) -> NDAr
     """Whether each ray meets the back of its facet; none has no back."""
     vertices, faces = triangles(grid)
     a, b, c = (vertices[faces[number, k]].astype(float) for k in range(3))
-    return (np.einsum("ri,ri->r", np.cross(b - a, c - a), directions) > 0) & (number >= 0)
+    back = np.einsum("ri,ri->r", np.cross(b - a, c - a), directions) > 0
+    return np.asarray(back & (number >= 0))
 
 
 def leaks(embree: EmbreeTile, theta: float, rng: np.random.Generator) -> dict[str, float]:

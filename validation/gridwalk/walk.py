@@ -26,6 +26,7 @@ from microsurf.trace.embree import Hits
 from microsurf.trace.grid import Grid
 
 Array = NDArray[np.float64]
+Rays = NDArray[np.float64] | NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class GridWalk:
         self.grid = grid
         self._heights = grid.heights.astype(np.float64)
 
-    def meet(self, origins: Array, directions: Array) -> Meetings:
+    def meet(self, origins: Rays, directions: Rays) -> Meetings:
         """Find the first hit of each ray, t ≥ 0; shapes (rays, 3), directions not zero."""
         count = len(origins)
         found = Meetings(

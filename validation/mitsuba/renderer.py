@@ -65,7 +65,8 @@ def load() -> ModuleType:
         raise MicrosurfError(f"mitsuba finds no LLVM: {_ADVICE}") from error
     if version[0] < LLVM:
         raise MicrosurfError(f"mitsuba found LLVM {version[0]}, needs {LLVM}: {_ADVICE}")
-    return mitsuba
+    module: ModuleType = mitsuba
+    return module
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from microsurf import generate_surface
-from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION
+from microsurf.report.figures import figure as figure_file
+from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, own_style
 from microsurf.scene import STRUCTURES
 from microsurf.stats import intervals
 
@@ -51,20 +52,16 @@ def ratios(rows: list[Row], shown: Row, source: str, quantity: str) -> tuple[np.
         and (row["gamma"], row["sigma"], row["quantity"])
         == (shown["gamma"], shown["sigma"], quantity)
     }
-    theta, ratio, error, count = (
-        np.array([f(row) for row in mine])
-        for f in (
-            lambda row: row["theta_i"],
-            lambda row: row["value"] / base[row["theta_i"]],
-            lambda row: row["error"] / base[row["theta_i"]],
-            lambda row: row["surfaces"],
-        )
+    theta, value, error, count = (
+        np.array([row[key] for row in mine], float)
+        for key in ("theta_i", "value", "error", "surfaces")
     )
+    smith = np.array([base[row["theta_i"]] for row in mine])
     of_surfaces = source in SURFACES
     factor = [
         intervals.student(max(k - 1, 1)) if of_surfaces else intervals.normal() for k in count
     ]
-    return theta, ratio, factor * error
+    return theta, value / smith, np.array(factor) * error / smith
 
 
 def atlas(rows: list[Row], gammas: tuple[float, ...], sigma: float, length: float) -> Figure:
@@ -136,6 +133,7 @@ def profiles(gamma: float, sigma: float) -> Figure:
     return figure
 
 
+@own_style()
 def write(rows: list[Row], out: Path) -> None:
     """Write both figures, as pictures and to be printed."""
     gammas = tuple(dict.fromkeys(row["gamma"] for row in rows))
@@ -143,5 +141,5 @@ def write(rows: list[Row], out: Path) -> None:
         ("atlas", atlas(rows, gammas, 0.5, 8.0)),
         ("structures", profiles(2.0, 0.5)),
     ):
-        figure.savefig(out / f"{name}.png", dpi=110)
-        figure.savefig(out / f"{name}.pdf", metadata={"CreationDate": None})
+        for ending in ("png", "pdf"):
+            figure_file.write(figure, out / f"{name}.{ending}", dpi=110)

@@ -9,10 +9,10 @@ from validation.calibration import defects
 
 
 @pytest.mark.parametrize("law", ["F", "T", "r_i", "Λ"])
-def test_a_law_one_percent_off_fails_against_mpmath(law, judge):
+def test_a_formula_one_percent_off_fails_against_mpmath(law, judge):
     seed = judge.seed(1)
-    assert defects.law_against_mpmath(seed, law) == 1
-    assert defects.law_against_mpmath(seed, law, 1.01) == 0
+    assert defects.formula_against_mpmath(seed, law) == 1
+    assert defects.formula_against_mpmath(seed, law, 1.01) == 0
 
 
 def test_a_facet_by_evaluation(judge):
@@ -35,7 +35,7 @@ def test_walk_against_quadrature(judge):
 
 
 @pytest.mark.parametrize("defect", ["F", "T", "r_i", "Λ"])
-def test_a_law_one_percent_off_fails_the_walk_against_quadrature(defect, judge):
+def test_a_formula_one_percent_off_fails_the_walk_against_quadrature(defect, judge):
     judge.catches(defects.walk_against_quadrature(judge.seed(4), defect))
 
 
