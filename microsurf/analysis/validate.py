@@ -16,7 +16,7 @@ from ..trace import measure
 from . import comparison, omitted_effects
 from .error_budget import assemble
 from .error_budget.refinement import refine
-from .fitted_theory import fit_as_json, fitted_scene, guarded, prepare
+from .fitted_theory import fit_as_json, fitted_scene, prepare, turn_of, turned
 from .slope_masking import masking_by_slope
 from .stages import Stages
 from .tradeoff.from_validation import frontier_of
@@ -121,7 +121,9 @@ def validate_scene(
     surfaces = _Surfaces(scene, seed)
     fit, notes = prepared or prepare(scene)
     theory = scene if fit is None else fitted_scene(scene, fit)
+    turn = 0.0 if fit is None else turn_of(fit)
     rough = scene.requires.roughness
+    along = rough and turn == 0  # axes along x and y, which looking at facets takes for granted
     measured = stages.done(
         "measured",
         lambda: measure(
@@ -132,19 +134,19 @@ def validate_scene(
         ),
     )
     surfaces.count = measured.sizes["realisation"]  # as many as the error took
-    predicted, seconds = stages.done("predicted", lambda: _predict(theory, _models(scene)))
+    predicted, seconds = stages.done("predicted", lambda: _predict(theory, _models(scene), turn))
     first = next(iter(predicted.values()))
     walked: dict[str, xr.Dataset] = {}
     if rough and scene.requires.multiple_scattering:
         walked = {
-            key: stages.done(f"walk-{number}", partial(model.walk, theory, key, walks=WALKS, **run))
+            key: stages.done(f"walk-{number}", partial(_walk, theory, turn, key, run))
             for number, key in enumerate(registry.compared(registry.all_orders()))
         }
     predicted |= walked
     all_orders = next(iter(walked.values()), None)
     by_slope: list[dict[str, Any]] = []
     terms: list[assemble.Budget] = []
-    if rough:
+    if along:
         refinement = None
         if refined:
             by_slope = stages.done(
@@ -168,14 +170,12 @@ def validate_scene(
             ),
         )
     frontier = None
-    if refined:
+    if refined and turn == 0:
         timed = {key: (predicted[key], spent) for key, spent in seconds.items()}
         frontier = stages.done("frontier", lambda: frontier_of(theory, measured, timed, seed=seed))
     comparisons = comparison.compare(measured, first, theory, all_orders)
-    if fit is not None:
-        comparisons = guarded(comparisons, fit)
     heightfield, statistics = (
-        stages.done("surface", lambda: _first(surfaces.made()[0], theory)) if rough else (None, {})
+        stages.done("surface", lambda: _first(surfaces.made()[0], theory)) if along else (None, {})
     )
     return Validation(
         name=name,
@@ -223,15 +223,25 @@ class _Surfaces:
 
 
 def _predict(
-    theory: Scene, models: tuple[str, ...]
+    theory: Scene, models: tuple[str, ...], turn: float
 ) -> tuple[dict[str, xr.Dataset], dict[str, float]]:
-    """Order 1 by each model, and the seconds of the processor that it took."""
+    """Order 1 by each model, and the seconds of the processor that it took; see `turned`."""
     predicted, seconds = {}, {}
     for key in models:
         clock = time.process_time()
-        predicted[key] = model.predict(theory, key)
+        predicted[key] = _as_lit(model.predict(turned(theory, turn), key), theory)
         seconds[key] = time.process_time() - clock
     return predicted, seconds
+
+
+def _walk(theory: Scene, turn: float, key: str, run: dict[str, Any]) -> xr.Dataset:
+    """All orders by a walk, see `turned`."""
+    return _as_lit(model.walk(turned(theory, turn), key, walks=WALKS, **run), theory)
+
+
+def _as_lit(predicted: xr.Dataset, theory: Scene) -> xr.Dataset:
+    """Light's azimuth again from x: bins count from it, so nothing else has to be turned."""
+    return predicted.assign_coords(phi_i=list(theory.light.phi))
 
 
 def _first(surface: Heightfield, theory: Scene) -> tuple[Heightfield, dict[str, Any]]:

@@ -1,6 +1,5 @@
 """Explicit microgeometry: heightfields, made, read, levelled, described and fitted."""
 
-from .anisotropy import Anisotropy
 from .detrend import level
 from .fit import StdFit, fit_std
 from .formats import FORMATS, Format, endings_text, read_endings, write_endings
@@ -22,7 +21,6 @@ from .told import Told
 
 __all__ = [
     "FORMATS",
-    "Anisotropy",
     "Format",
     "HeightMap",
     "Heightfield",

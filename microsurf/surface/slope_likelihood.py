@@ -29,6 +29,8 @@ TILES = 8
 MAX_ETA = 20.0
 """γ = 1.05: beyond, there is no mean slope for a mesh to show."""
 _FEW = 30_000  # facets of the first search
+_PROFILE = 24
+"""Values of 1/γ at which the isotropic likelihood is looked at first: it may have several tops."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +57,66 @@ def maximise(p: Array, q: Array, *, isotropic: bool = False, eta: float | None =
     products = np.stack([p.ravel() ** 2, (p * q).ravel(), q.ravel() ** 2])
     scale = float(np.mean(products[0] + products[2])) / 2
     products /= scale
-    flat = float(np.mean(products[0] + products[2] == 0))
-    limit = min(MAX_ETA, 0.99 * (1 - flat) / flat) if flat > 0 else MAX_ETA
+    limit = _limit(products[0] + products[2])
+    few = products[:, :: max(products.shape[1] // _FEW, 1)]
+    top = min(limit, _limit(few[0] + few[2]))
     low, high = (0.0, limit) if eta is None else (eta, eta)
-    start = [min(max(0.5, low), high), *[0.0] * (1 if isotropic else 3)]
+    first, u = _start(few[0] + few[2], (low, min(high, top)))
+    if eta is None and first == top:
+        return Maximum(limit, scale * np.eye(2), limit)
+    start = [first, u] if isotropic else [first, u, 0.0, u]
     if products.shape[1] > 2 * _FEW:
         # From the solution of a part it takes a third of the steps.
-        start = _search(products[:, :: products.shape[1] // _FEW], start, (low, high), 1e-9)
+        start = _search(few, start, (low, high), 1e-9)
     best, u, v, w = (*_search(products, start, (low, high), 1e-13), 0.0, 0.0)[:4]
     root = np.array([[np.exp(u), 0.0], [v, np.exp(u if isotropic else w)]])
     return Maximum(float(best), scale * np.linalg.inv(root @ root.T), limit)
+
+
+def _limit(slope2: Array) -> float:
+    """The largest η that is looked at: short of the pole that flat facets make."""
+    flat = float(np.mean(slope2 == 0))
+    return min(MAX_ETA, 0.99 * (1 - flat) / flat) if flat > 0 else MAX_ETA
+
+
+def _start(slope2: Array, etas: tuple[float, float]) -> tuple[float, float]:
+    """η and u = −ln σ of the highest isotropic likelihood inside the range, roughly.
+
+    Flat facets make the likelihood rise at the end of the range, towards a pole: that is no
+    maximum. Without one inside, the end.
+    """
+    low, high = etas
+    inverse = np.linspace(low / (1 + low), high / (1 + high), _PROFILE if high > low else 1)
+    tried = inverse / (1 - inverse)
+    logs = np.empty(len(tried))
+    values = np.empty(len(tried))
+    log = float(np.log(np.mean(slope2) / 2))
+    for k, eta in enumerate(tried):
+        logs[k] = log = _log_variance(slope2, eta, log)
+        values[k] = log + float(np.mean(_kernel(slope2 * np.exp(-log), eta)[0]))
+    before, after = np.append(np.inf, values[:-1]), np.append(values[1:], -np.inf)
+    inside = np.flatnonzero((values < before) & (values <= after))
+    best = int(inside[np.argmin(values[inside])]) if inside.size else len(tried) - 1
+    return float(tried[best]), -logs[best] / 2
+
+
+def _log_variance(slope2: Array, eta: float, start: float) -> float:
+    """Return ln σ² at which the mean of (1+η) x/(1+ηx) is 1, by Newton's method.
+
+    The mean falls monotonically in σ², from (1+η)/η times the share of facets that
+    slope, which must be > 1, to 0.
+    """
+    t = start
+    for _ in range(100):
+        x = slope2 * np.exp(-t)
+        ratio = x / (1 + eta * x)
+        value = (1 + eta) * float(np.mean(ratio)) - 1
+        slope = (1 + eta) * float(np.mean(ratio * (1 - eta * ratio)))
+        step = float(np.clip(value / slope, -2, 2))
+        t += step
+        if abs(step) < 1e-6:
+            break
+    return t
 
 
 def _search(

@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
-from microsurf.analysis import validate
+from microsurf import model
+from microsurf.analysis import comparison, validate
 from microsurf.errors import InputError
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.scene.expectation import Expectation
@@ -117,21 +119,53 @@ def test_a_surface_from_a_file_is_compared_with_its_fit(tmp_path):
     assert document["fit"]["pixel"] == 1.0
 
 
-def test_no_verdict_of_a_lay_is_about_the_theory(tmp_path):
-    """σ = (0.1, 0.5): an isotropic fit departs by 40 %, which says nothing about STD."""
+def lay(tmp_path, turn):
+    """A scene of σ = (0.2, 0.6), on the file's axes or turned from them by a quarter at most."""
+    made = generate_surface(3.0, 0.2, 0.6, cells=256, seed=4)
+    heights = made.heights
+    if turn:
+        back = ndimage.rotate(heights, -turn, reshape=False, mode="grid-wrap")
+        heights = back[48:208, 48:208]
     path = tmp_path / "h.npy"
-    write_surface(generate_surface(2.0, 0.1, 0.5, cells=128, seed=4), path)
-    holds = {"specular": Expectation(("holds",))}
-    asked = replace(TINY, surface=Surface(file=str(path)), light=Light((60.0,)), expect=holds)
+    write_surface(Heightfield(heights, boundary="mirror"), path)
+    return replace(
+        TINY,
+        surface=Surface(file=str(path), boundary="mirror"),
+        light=Light((60.0,), (0.0, 90.0)),
+        accuracy=Accuracy(100_000),
+    )
+
+
+@pytest.mark.parametrize("turn", [0.0, 30.0])
+def test_a_lay_is_compared_with_its_own_axes(tmp_path, turn):
+    """Negative control: an isotropic theory, and one that is not turned, are 10 % off."""
+    asked = lay(tmp_path, turn)
     entry = validate.validate_scene("lay", asked)
-    assert {row.verdict for row in entry.comparisons} == {"undecided"}
-    assert all("isotropic" in row.why for row in entry.comparisons)
-    # What a scene expects of the theory was not shown: that is said, not passed over.
-    assert [row.unexpected for row in entry.comparisons if row.quantity == "specular"] == [True]
-    assert not any(row.unexpected for row in entry.comparisons if row.quantity != "specular")
-    assert any("have a direction: σ at azimuth 90°" in note for note in entry.notes)
+    fit = entry.fit
+    assert not fit.isotropic
+    assert any("have axes" in note for note in entry.notes)
+    effects = {
+        (row.quantity, row.phi_i): row.effect
+        for row in entry.comparisons
+        if row.quantity == "specular"
+    }
+    assert [row.phi_i for row in entry.comparisons][:2] == [0.0, 90.0]
+    worst = max(map(abs, effects.values()))
+    rough = Roughness(fit.gamma, (fit.sigma,))
+    others = [model.predict(replace(entry.scene, roughness=rough), "smith")]
+    if turn:
+        others.append(model.predict(entry.scene, "smith"))
+        assert entry.budget == []
+        assert fit.azimuth == pytest.approx(turn, abs=3)
+        assert fit.azimuth_ci[0] > 0
+    else:
+        assert entry.budget
+    for other in others:
+        table = comparison.compare(entry.measured, other, entry.scene)
+        off = max(abs(row.effect) for row in table if row.quantity == "specular")
+        assert off > worst + 0.05
     document = validate.as_json(entry)
-    assert document["fit"]["anisotropy"]["directed"] is True
+    assert document["fit"]["isotropic"] is False
     json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...physics import student_t
 from ...surface import Heightfield
-from ...surface.slope_fit import SlopeFit, fit_slopes, rho2, slopes_to_fit
+from ...surface.fit import StdFit, fit_std, rho2, slopes_to_fit
 from ...surface.slope_likelihood import maximise
 from ...surface.statistics import correlation_lengths, height_parameters, ks_distance
 from .quantisation import height_step
@@ -39,7 +39,7 @@ class SurfaceStudy:
     """
 
     surface: Heightfield
-    fit: SlopeFit
+    fit: StdFit
     scatters: dict[str, Array]
     models: dict[str, dict[str, float]]
     scales: list[dict[str, Any]]
@@ -59,11 +59,11 @@ def study_surface(stored: Heightfield, levelled: Heightfield) -> SurfaceStudy:
     Raises
     ------
     InputError
-        If no STD fits, see `fit_slopes`.
+        If no STD fits, see `fit_std`.
 
     """
     begin = time.perf_counter()
-    fit = fit_slopes(levelled)
+    fit = fit_std(levelled)
     p, q = slopes_to_fit(levelled)
     scatters = {
         name: maximise(p, q, isotropic=fit.isotropic, eta=eta).scatter
@@ -91,7 +91,7 @@ def study_surface(stored: Heightfield, levelled: Heightfield) -> SurfaceStudy:
     )
 
 
-def _scales(h: Heightfield, finest: SlopeFit) -> list[dict[str, Any]]:
+def _scales(h: Heightfield, finest: StdFit) -> list[dict[str, Any]]:
     """The fit at 1, 2, 4 … pixels: every so-manyth height, nothing averaged."""
     rows = [_scale_row(h, finest)]
     factor = 2
@@ -104,14 +104,14 @@ def _scales(h: Heightfield, finest: SlopeFit) -> list[dict[str, Any]]:
             filled=None if h.filled is None else h.filled[::factor, ::factor],
         )
         try:
-            rows.append(_scale_row(coarse, fit_slopes(coarse)))
+            rows.append(_scale_row(coarse, fit_std(coarse)))
         except InputError:  # too few measured facets, or too flat: no coarser one either
             break
         factor *= 2
     return rows
 
 
-def _scale_row(h: Heightfield, fit: SlopeFit) -> dict[str, Any]:
+def _scale_row(h: Heightfield, fit: StdFit) -> dict[str, Any]:
     return {
         "pixel": list(h.pixel),
         "gamma": fit.gamma,
@@ -123,7 +123,7 @@ def _scale_row(h: Heightfield, fit: SlopeFit) -> dict[str, Any]:
     }
 
 
-def _tail(fit: SlopeFit) -> dict[str, float | None]:
+def _tail(fit: StdFit) -> dict[str, float | None]:
     """What a mesh of as many facets can't hold of the fitted STD, and the least γ it can hold."""
 
     def share(gamma: float) -> float:

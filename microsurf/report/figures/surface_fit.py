@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ...analysis.surface_fit.study import MODELS, SurfaceStudy
 from ...physics import student_t
-from ...surface.slope_fit import rho2, slopes_to_fit
+from ...surface.fit import rho2, slopes_to_fit
 from .style import (
     BLACK,
     BLUE,
