@@ -27,7 +27,6 @@ from microsurf.scene import (
     Scene,
     Surface,
 )
-from microsurf.scene.toml import from_toml, to_toml
 from microsurf.surface import (
     FORMATS,
     Format,
@@ -143,7 +142,7 @@ def test_a_toy_engine_is_validated_and_cited(toy_engine, monkeypatch):
     keys = {work.key for work in citations.collect([entry])}
     assert PAPER.key in keys
     assert "wald2014" not in keys
-    assert from_toml(to_toml(scene)) == scene
+    assert Scene.from_toml(scene.to_toml()) == scene
 
 
 def test_an_engine_that_is_not_in_the_list_is_refused_in_one_line(toy_engine, monkeypatch):

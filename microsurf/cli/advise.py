@@ -8,7 +8,7 @@ import click
 from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.recommend import Judged, Recommendation, advise
 from ..analysis.tradeoff.study import CHOICES
-from ..scene import toml
+from ..scene import Scene
 from .options import INPUT, allow_truncated_tail, as_json, check_tail, effort, seed
 from .output import show, write
 
@@ -40,7 +40,7 @@ def advise_command(
 
     Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
     """
-    requested = toml.read(scene)
+    requested = Scene.read(scene)
     stated = check_tail(requested, allow_truncated_tail)
     result = advise(requested, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
     if as_json:

@@ -11,7 +11,7 @@ from ..analysis.convergence.steps import EFFORTS
 from ..analysis.convergence.study import Convergence, Row, converge
 from ..report import make_folder
 from ..report.figures.convergence import draw
-from ..scene import Scene, toml
+from ..scene import Scene
 from ..surface import notes_on_file
 from .options import (
     INPUT,
@@ -62,7 +62,7 @@ def convergence_command(
 
     Example: microsurf convergence my_scene.toml --effort quick
     """
-    requested = toml.read(scene)
+    requested = Scene.read(scene)
     check_tail(requested, allow_truncated_tail)
     _check(requested, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out

@@ -16,7 +16,6 @@ from ..files import check_writable, whole_file
 from ..report.figures import brdf_fit as drawn
 from ..report.figures.figure import write
 from ..results.measured_brdf import read_brdf, write_csv
-from ..scene.toml import to_toml
 from .output import check_ending
 
 FIGURES = (".png", ".pdf", ".svg")
@@ -76,9 +75,7 @@ def fit_brdf_command(
 def _write(fit: BrdfFit, out: Path | None, figure: Path | None) -> list[str]:
     written = []
     if out is not None:
-        text = to_toml(scene_of(fit))
-        with whole_file(out) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        scene_of(fit).write(out)
         written.append(str(out))
     if figure is not None:
         with whole_file(figure) as temporary:

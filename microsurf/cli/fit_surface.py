@@ -1,6 +1,5 @@
 """What `microsurf fit` does with a measured surface."""
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,6 @@ from ..files import check_writable, whole_file
 from ..report.figures import surface_fit as drawn
 from ..report.figures.figure import write
 from ..scene import BECKMANN, Roughness, Scene, Surface
-from ..scene.toml import to_toml
 from ..surface import level, read_asked
 from .output import check_ending
 
@@ -53,11 +51,10 @@ def fit_surface_command(
         study = study_surface(stored, level(stored, form))
     except InputError as error:
         raise InputError(f"{surface.file}: {error}") from error
-    text = None if out is None else to_toml(scene_of(study, surface, form, out))
+    scene = None if out is None else scene_of(study, surface, form, out)
     files = []
-    if out is not None and text is not None:
-        with whole_file(out) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+    if out is not None and scene is not None:
+        scene.write(out)
         files.append(str(out))
     if figure is not None:
         with whole_file(figure) as temporary:
@@ -81,14 +78,13 @@ def scene_of(study: SurfaceStudy, surface: Surface, form: str, out: Path) -> Sce
         roughness = Roughness(min(fit.gamma, BECKMANN), sigma)
     except InputError as error:
         raise InputError(f"{out}: no scene for this fit ({error}); fit without --out") from error
-    file = os.path.relpath(str(surface.file), out.parent)
     axes = "" if fit.azimuth is None else f", axes at {fit.azimuth:.1f}°"
     return Scene(
-        title=f"{Path(file).stem}: γ = {fit.gamma:.3g}, σ = {fit.sigma:.3g}{axes}",
+        title=f"{Path(str(surface.file)).stem}: γ = {fit.gamma:.3g}, σ = {fit.sigma:.3g}{axes}",
         rationale="A measured surface against STD fitted to its slopes by microsurf fit.",
         roughness=roughness,
         surface=Surface(
-            file=file, spacing=surface.spacing, boundary=study.surface.boundary, level=form,
+            file=surface.file, spacing=surface.spacing, boundary=study.surface.boundary, level=form,
             channel=surface.channel, voids=surface.voids, height_unit=surface.height_unit,
             void_value=surface.void_value,
         ),

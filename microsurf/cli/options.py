@@ -11,7 +11,7 @@ from ..analysis import planning
 from ..analysis.tradeoff.effort import EFFORTS
 from ..errors import InputError
 from ..files import check_readable
-from ..scene import ENGINES, Accuracy, Scene, tail_limit, toml
+from ..scene import ENGINES, Accuracy, Scene, tail_limit
 
 
 class _Input(click.Path):
@@ -211,7 +211,7 @@ def compose(file: Path | None, choose_mesh: bool = False, **given: Any) -> Scene
 
     ``choose_mesh``: on the mesh that the accuracy takes, unless the file or an option names one.
     """
-    base, tables = toml.read_with_tables(file) if file else (Scene(), {})
+    base, tables = Scene.read_with_tables(file) if file else (Scene(), {})
 
     def over(part: Any, **values: Any) -> Any:
         return replace(part, **{k: v for k, v in values.items() if v is not None})

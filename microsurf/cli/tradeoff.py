@@ -9,7 +9,7 @@ from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.study import QUANTITIES, Tradeoff, check, tradeoff
 from ..report import make_folder
 from ..report.figures.pareto import figure, rows, within
-from ..scene import toml
+from ..scene import Scene
 from .options import INPUT, PATH, allow_truncated_tail, as_json, check_tail, effort, seed
 from .output import show, write
 from .save import rounded, save_study
@@ -29,7 +29,7 @@ def tradeoff_command(
 
     Example: microsurf tradeoff my_scene.toml
     """
-    requested = toml.read(scene)
+    requested = Scene.read(scene)
     check(requested)
     stated = check_tail(requested, allow_truncated_tail)
     out = Path("reports/tradeoff") / scene.stem if out is None else out

@@ -20,7 +20,6 @@ from ..report import sections
 from ..results import uncertainty
 from ..scene import Scene, expectation
 from ..scene.builtin import built_in_scenes
-from ..scene.toml import to_toml
 from ..surface import StdFit
 from .options import (
     INPUT,
@@ -175,7 +174,7 @@ def _stages(run: Run, scene: Scene, seed: int, refined: bool, surface_paths: int
     """Where the finished stages of a scene are, by all that its figures depend on."""
     file = scene.surface.file
     return run.stages(
-        scene=to_toml(scene),
+        scene=scene.to_toml(),
         file=None if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest(),
         seed=seed,
         refined=refined,

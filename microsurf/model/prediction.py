@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from .. import __version__
 from ..results import datasets, detector
 from ..scene import Scene
-from ..scene.toml import to_toml
 
 Array = NDArray[np.float64]
 Attributes = Mapping[str, str | float | int]
@@ -28,7 +27,7 @@ def prediction(
     source = {
         "source": "prediction",
         "model": model,
-        "scene": to_toml(scene),
+        "scene": scene.to_toml(),
         "microsurf": __version__,
     }
     thetas, phis = scene.light.theta, scene.light.phi

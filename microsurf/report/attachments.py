@@ -11,7 +11,7 @@ from ..analysis.validate import Validation
 from ..errors import InputError
 from ..files import check_writable, whole_file
 from ..results import datasets
-from ..scene.toml import from_toml, to_toml
+from ..scene import Scene
 
 FOLDERS = ("figures", "data", "scenes")
 DATA_BYTES = 512 * 2**20
@@ -96,11 +96,11 @@ def attach(entry: Validation, slug: str, out: Path, seed: int, room: int) -> Att
 
 def _asked(entry: Validation, folder: Path) -> str:
     """The scene as it was measured, not as it was fitted; its file is named from ``folder``."""
-    scene = from_toml(entry.measured.attrs["scene"])
+    scene = Scene.from_toml(entry.measured.attrs["scene"])
     if scene.surface.file is not None:
         file = os.path.relpath(scene.surface.file, folder)
         scene = replace(scene, surface=replace(scene.surface, file=Path(file).as_posix()))
-    return _ARRAY.sub(_on_one_line, to_toml(scene))
+    return _ARRAY.sub(_on_one_line, scene.to_toml())
 
 
 def _on_one_line(array: re.Match[str]) -> str:

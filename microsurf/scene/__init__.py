@@ -1,24 +1,21 @@
 """Scenes: what is measured and predicted, and what must come of it."""
 
+from .accuracy import MOST_PATHS, Accuracy
 from .citation import Citation
+from .effects import Effects
 from .engines import ENGINES, Engine
-from .scene import (
-    BECKMANN,
+from .light import Light
+from .material import MAX_INDEX, Material
+from .roughness import BECKMANN, Roughness
+from .scene import Scene
+from .surface import (
     BOUNDARIES,
     CORRELATIONS,
     LEVELS,
     MAX_CELLS,
-    MAX_INDEX,
-    MOST_PATHS,
     SPACINGS,
     STRUCTURES,
     VOIDS,
-    Accuracy,
-    Effects,
-    Light,
-    Material,
-    Roughness,
-    Scene,
     Surface,
 )
 

@@ -4,7 +4,7 @@ import difflib
 import io
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,13 @@ import tomli_w
 
 from ..errors import InputError
 from ..files import read_once
+from .accuracy import Accuracy
+from .effects import Effects
 from .expectation import QUANTITIES, Expectation
-from .scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
+from .light import Light
+from .material import Material
+from .roughness import Roughness
+from .surface import Surface
 
 _MAX_BYTES = 1_000_000
 _SECTIONS = {
@@ -41,8 +46,8 @@ def _section(kind: type, table: Any, where: str) -> Any:
     return kind(**table)
 
 
-def from_dict(document: Mapping[str, Any]) -> Scene:
-    """Build a scene from the tables of a scene file."""
+def values_of(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Build the parts of a scene, by their names in `Scene`, from the tables of a scene file."""
     values: dict[str, Any] = {}
     for key, table in document.items():
         _known(key, [*_SECTIONS, "title", "rationale", "expect"], "the scene")
@@ -56,46 +61,30 @@ def from_dict(document: Mapping[str, Any]) -> Scene:
             values[key] = {q: _section(Expectation, t, f"expect.{q}") for q, t in table.items()}
         else:
             values[key] = table
-    return Scene(**values)
+    return values
 
 
-def read(path: Path) -> Scene:
-    """Read a scene file; a relative ``surface.file`` is looked for beside it.
-
-    If the scene comes from a pipe, it is looked for in the working directory.
-    """
-    return read_with_tables(path)[0]
-
-
-def read_with_tables(path: Path) -> tuple[Scene, Mapping[str, Any]]:
-    """Read a scene file, and its tables as they stand there, without what is left open."""
+def read_text(path: Path) -> str:
+    """Read a scene file's text, also from a pipe."""
     content = read_once(path, "give a scene file (.toml)", _MAX_BYTES)
     try:
-        text = io.StringIO(content.decode("utf-8-sig"), newline=None).read()
-        scene = from_toml(text)
+        return io.StringIO(content.decode("utf-8-sig"), newline=None).read()
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text in UTF-8; give a scene file (.toml)") from error
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    if scene.surface.file is not None:
-        folder = path.parent if path.is_file() else Path()
-        file = str(folder / scene.surface.file)
-        scene = replace(scene, surface=replace(scene.surface, file=file))
-    return scene, tomllib.loads(text)
+        raise InputError("not a text in UTF-8; give a scene file (.toml)") from error
 
 
-def from_toml(text: str) -> Scene:
-    """Build a scene from the text of a scene file, as results hold it."""
+def tables_of(text: str) -> dict[str, Any]:
+    """Tables of a scene file's text."""
     try:
-        return from_dict(tomllib.loads(text))
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"not a scene: {error}") from error
     except RecursionError as error:
         raise InputError("not a scene: nested too deeply; a scene is tables of values") from error
 
 
-def to_toml(scene: Scene) -> str:
-    """Write a scene as a scene file; `from_dict` of it gives the same scene."""
+def text_of(values: Mapping[str, Any]) -> str:
+    """Text of a scene file that holds some tables; what is None is left out."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, Mapping):
@@ -104,4 +93,17 @@ def to_toml(scene: Scene) -> str:
             return [plain(v) for v in value]
         return value
 
-    return tomli_w.dumps(plain(asdict(scene)), multiline_strings=False)
+    return tomli_w.dumps(plain(values), multiline_strings=False)
+
+
+def marked(text: str, values: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
+    """Mark in a scene file's text the lines that it could do without."""
+    lines, table = [], ""
+    for line in text.split("\n"):
+        if line.startswith("["):
+            table = line.strip("[]")
+        key = line.partition(" = ")[0]
+        same = table in _SECTIONS and key in values[table]
+        same = same and values[table][key] == defaults[table][key]
+        lines.append(f"{line}  # default" if same else line)
+    return "\n".join(lines)

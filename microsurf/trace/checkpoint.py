@@ -23,7 +23,6 @@ from .. import __version__
 from ..errors import InputError, MicrosurfError
 from ..files import whole_file
 from ..scene import Scene
-from ..scene.toml import to_toml
 from .engine import engine_of
 from .scheduler import Stream
 from .wavefront import Tally
@@ -67,7 +66,7 @@ class Checkpoint:
             "item_paths": PATHS_PER_ITEM if item_paths is None else item_paths,
             "tally": [f.name for f in fields(Tally)],
             "seed": seed,
-            "scene": to_toml(scene),
+            "scene": scene.to_toml(),
             "engine": engine_of(scene),
             "surfaces": None
             if realisations is None

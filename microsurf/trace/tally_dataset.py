@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from .. import __version__
 from ..results import datasets, detector
 from ..scene import Scene
-from ..scene.toml import to_toml
 from .kernels.state import BATCHES, ENDS, LOST
 from .wavefront import FacetOptics, Tally
 
@@ -63,7 +62,7 @@ def to_dataset(
         attrs={
             "source": "measurement",
             "model": "explicit surface",
-            "scene": to_toml(scene),
+            "scene": scene.to_toml(),
             "seed": seed,
             "microsurf": __version__,
         },

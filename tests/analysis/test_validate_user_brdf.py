@@ -11,10 +11,10 @@ from microsurf import model
 from microsurf.analysis import validate, validate_user_brdf
 from microsurf.model import UserBrdf, examine
 from microsurf.report import phrases
-from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, toml
+from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
 
 ROOT = Path(__file__).parents[2]
-SCENE = toml.read(ROOT / "validation" / "examples" / "ggx.toml")
+SCENE = Scene.read(ROOT / "validation" / "examples" / "ggx.toml")
 SMALL = replace(
     SCENE,
     surface=replace(SCENE.surface, realisations=3),

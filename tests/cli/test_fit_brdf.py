@@ -11,7 +11,7 @@ from microsurf.cli.fit_brdf import fit_brdf_command, table
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
 from microsurf.results.measured_brdf import holds_brdf, read_brdf, write_csv
-from microsurf.scene.toml import read
+from microsurf.scene import Scene
 
 CONTRACT = {
     "kind", "n", "n_ci", "gamma", "gamma_ci", "sigma", "sigma_ci", "kd", "log_rms",
@@ -40,7 +40,7 @@ def test_everything_that_is_asked_is_written(file, tmp_path):
     assert values["held_out_log_rms"].keys() == {"beckmann", "ggx", "std"}
     json.dumps(values, allow_nan=False)
     assert "std, order 1" in table(values)
-    assert read(tmp_path / "scene.toml").roughness.sigma_x == pytest.approx(0.3, rel=1e-3)
+    assert Scene.read(tmp_path / "scene.toml").roughness.sigma_x == pytest.approx(0.3, rel=1e-3)
     assert (tmp_path / "fit.png").stat().st_size > 10_000
     assert read_brdf(tmp_path / "pairs.csv").pairs == 120
 

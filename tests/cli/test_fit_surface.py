@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
-from microsurf.scene import toml
+from microsurf.scene import Scene
 from microsurf.surface import Heightfield, generate_surface, write_surface
 
 
@@ -43,7 +43,7 @@ def test_figures_scene_and_picture(file, tmp_path):
     assert values["reader"].startswith("x3pio")
     assert values["files"] == [str(scene), str(picture)]
     assert picture.read_bytes().startswith(b"\x89PNG")
-    asked = toml.read(scene)
+    asked = Scene.read(scene)
     assert asked.roughness.gamma == pytest.approx(values["gamma"])
     assert asked.surface.level == "quadratic"
     assert (tmp_path / asked.surface.file).resolve() == file.resolve()

@@ -13,7 +13,6 @@ from microsurf.report import citations
 from microsurf.report.references import BY_KEY, REFERENCES
 from microsurf.scene import ENGINES, Accuracy, Material, Roughness, Scene
 from microsurf.scene.builtin import built_in_scenes
-from microsurf.scene.toml import read
 
 ROUGH = {"smith": None, "vcavity": None, "smith-walk": None}
 FRESNEL = {"simonot2009", "meneveaux2018", "cook1982"}
@@ -86,7 +85,7 @@ def test_a_fit_cites_how_and_a_made_surface_from_where():
 
 
 def test_parameters_are_cited_where_they_are_used():
-    scenes = {path.stem: read(path) for path in built_in_scenes()}
+    scenes = {path.stem: Scene.read(path) for path in built_in_scenes()}
     cites = {name: keys(scene) for name, scene in scenes.items()}
     for key, word in (("deon2023", "glass"), ("ribardiere2018", "r18")):
         assert {name for name, found in cites.items() if key in found} == {
@@ -115,7 +114,7 @@ def test_every_reference_can_be_cited_once():
     reachable |= {key for entry in entries for key in entry.citations}
     reachable |= {"johnson1972", "rakic1995", "white1982", "iso25178"}
     for path in built_in_scenes():
-        reachable |= keys(read(path))
+        reachable |= keys(Scene.read(path))
     assert reachable == set(BY_KEY)
 
 

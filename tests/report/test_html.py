@@ -21,7 +21,6 @@ from microsurf.results import datasets
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
 from microsurf.scene.builtin import built_in_scenes
 from microsurf.scene.expectation import Expectation
-from microsurf.scene.toml import read
 
 NASTY = "<script>alert(\"x\")</script> & 'quotes' {{ 7 * 7 }} </title><img src=x onerror=a()> σ"
 SCENE = Scene(
@@ -187,7 +186,7 @@ def test_every_figure_has_three_files_and_every_result_is_there(folder):
 def test_the_scene_beside_the_page_gives_the_same_figures(entries, folder, monkeypatch):
     """Read back and run with the seed of the page: the same numbers, bit for bit."""
     monkeypatch.setattr(validate, "WALKS", 20_000)
-    asked = read(folder / "scenes" / "a-b-c.toml")
+    asked = Scene.read(folder / "scenes" / "a-b-c.toml")
     again = validate.validate_scene("a-b-c", asked, seed=7)
     assert again.comparisons == entries[0].comparisons
     assert asked == SCENE
@@ -300,7 +299,7 @@ def test_plots_of_results_that_do_not_fit_together_are_refused(tmp_path):
 
 @pytest.mark.parametrize("file", built_in_scenes(), ids=lambda path: path.stem)
 def test_built_in_scenes_say_why_they_are_there(file):
-    scene = read(file)
+    scene = Scene.read(file)
     assert len(scene.title) > 5
     assert len(scene.rationale) > 20
     for expected in scene.expect.values():
@@ -311,7 +310,7 @@ def test_there_are_the_built_in_scenes_that_were_asked_for():
     """Three of Ribardière 2018, three glasses, two limits, two extremes of Kd, two flat ones."""
     found = {
         (s.roughness.gamma, s.roughness.sigma_x, s.material.n, s.material.kd[0])
-        for s in map(read, built_in_scenes())
+        for s in map(Scene.read, built_in_scenes())
     }
     wanted = {
         (1.75, 0.7, 1.5, 0.8), (8.0, 0.7, 1.0, 0.8), (1.75, 0.5, 1.5, 0.8),

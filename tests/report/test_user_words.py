@@ -14,7 +14,6 @@ from microsurf.report.figures import overview, pareto, pareto_all
 from microsurf.report.figures.figure import as_csv, write
 from microsurf.report.figures.style import LONGEST, as_text, clean, new_figure, own_style
 from microsurf.scene import Scene
-from microsurf.scene.toml import from_toml, to_toml
 
 WORDS = ("run_$1_vs_$2", "$x_{", r"\$\frac$", "_hidden", "a\nb\x00", "=1+2", "\udcff", "^_^ $$ σ")
 VERDICT = {
@@ -69,13 +68,13 @@ def test_numbers_and_other_texts_stay_as_they_are(number):
 @pytest.mark.parametrize("words", [words for words in WORDS if words.isascii()])
 def test_a_scene_file_holds_any_words(words):
     scene = Scene(title=words, rationale=f"\"\"\"{words}'''\\")
-    assert from_toml(to_toml(scene)) == scene
-    assert tomllib.loads(to_toml(scene))["title"] == words
+    assert Scene.from_toml(scene.to_toml()) == scene
+    assert tomllib.loads(scene.to_toml())["title"] == words
 
 
 @pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names are Unicode there")
 def test_a_name_that_no_report_could_hold_is_refused_before_any_work(tmp_path):
     name = os.fsdecode(b"scene-\xff.toml")
-    (tmp_path / name).write_text(to_toml(Scene()), encoding="utf-8")
+    (tmp_path / name).write_text(Scene().to_toml(), encoding="utf-8")
     with pytest.raises(InputError, match="rename it"):
         check_readable(tmp_path / name, "give another")

@@ -1,6 +1,6 @@
 import math
-import tomllib
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -24,7 +24,6 @@ from microsurf.scene import (
     Surface,
 )
 from microsurf.scene.expectation import QUANTITIES, VERDICTS, Expectation
-from microsurf.scene.toml import from_dict, from_toml, read, to_toml
 
 # The machines that run the tests are busy: how long an example takes says nothing.
 PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -97,7 +96,7 @@ def scenes(draw):
 @PATIENT
 @given(scenes())
 def test_a_scene_reads_back_the_same(scene):
-    assert from_toml(to_toml(scene)) == scene
+    assert Scene.from_toml(scene.to_toml()) == scene
 
 
 @PATIENT
@@ -115,7 +114,7 @@ def test_requirements_are_what_the_scene_has(scene):
 
 def test_the_scene_of_the_documentation():
     """A scene as users write it: numbers where lists may stand, whole numbers for reals."""
-    scene = from_toml("""
+    scene = Scene.from_toml("""
         title = "t"
         [material]
         n = 1
@@ -137,7 +136,7 @@ def test_the_scene_of_the_documentation():
 
 
 def test_a_conductor_is_n_and_k_without_kd():
-    gold = from_toml("[material]\nn = 0.43\nk = 2.455")
+    gold = Scene.from_toml("[material]\nn = 0.43\nk = 2.455")
     assert gold.material == Material(0.43, k=2.455)
     assert gold.material.kd == (0.0,)
     assert gold.requires.interface
@@ -168,10 +167,10 @@ RIGHT = {
 def test_wrong_types_are_refused_by_name(section, key, kind):
     text = f"[{section}]\n{key} = {WRONG[kind]}\n"
     if kind in RIGHT.get((section, key), ()):
-        from_toml(text)
+        Scene.from_toml(text)
         return
     with pytest.raises(InputError) as refusal:
-        from_toml(text)
+        Scene.from_toml(text)
     line = str(refusal.value)
     assert "\n" not in line
     assert len(line) < 200
@@ -208,7 +207,7 @@ def test_wrong_types_are_refused_by_name(section, key, kind):
 )
 def test_bad_scenes_say_what_is_wrong(text, words):
     with pytest.raises(InputError) as refusal:
-        from_toml(text)
+        Scene.from_toml(text)
     assert "\n" not in str(refusal.value)
     for word in words:
         assert word in str(refusal.value)
@@ -239,14 +238,59 @@ def test_ranges_to_their_ends(kind, key, inside, outside):
 
 def test_a_surface_file_is_looked_for_beside_its_scene(tmp_path):
     (tmp_path / "s.toml").write_text('[surface]\nfile = "heights.npy"\n')
-    assert read(tmp_path / "s.toml").surface.file == str(tmp_path / "heights.npy")
+    assert Scene.read(tmp_path / "s.toml").surface.file == str(tmp_path / "heights.npy")
     (tmp_path / "s.toml").write_text('[surface]\nfile = "/elsewhere/heights.npy"\n')
-    assert read(tmp_path / "s.toml").surface.file == "/elsewhere/heights.npy"
+    assert Scene.read(tmp_path / "s.toml").surface.file == "/elsewhere/heights.npy"
 
 
-def test_from_dict_takes_what_tomllib_gives():
-    text = to_toml(Scene(title='"quotes" \\ and\nlines'))
-    assert from_dict(tomllib.loads(text)).title == '"quotes" \\ and\nlines'
+@PATIENT
+@given(scenes())
+def test_a_scene_file_reads_back_the_same(tmp_path_factory, scene):
+    path = tmp_path_factory.mktemp("scenes") / "s.toml"
+    scene = replace(scene, surface=replace(scene.surface, file=None))
+    scene.write(path)
+    assert Scene.read(path) == scene
+
+
+def test_a_scene_file_marks_what_it_could_leave_out(tmp_path):
+    path = tmp_path / "s.toml"
+    Scene.of(gamma=3, theta=(0, 30, 60, 80)).write(path)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert "gamma = 3" in [line.removesuffix(".0") for line in lines]
+    assert {"realisations = 4  # default", "theta = [  # default"} <= set(lines)
+    kept = [line for line in lines if not line.endswith("# default")]
+    assert not [line for line in kept if line.startswith(("cells", "paths", "n ="))]
+
+
+@pytest.mark.parametrize("file", ["s.npy", "in/s.npy", "{folder}/s.npy"])
+def test_a_surface_file_is_found_from_wherever_the_scene_is_written(tmp_path, monkeypatch, file):
+    """Also behind a link, where a folder's parent is another one than its name says."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "far" / "away").mkdir(parents=True)
+    (tmp_path / "in").symlink_to(tmp_path / "far" / "away")
+    scene = Scene(surface=Surface(file=file.format(folder=tmp_path)))
+    Path(scene.surface.file).write_bytes(b"")
+    for folder in (".", "in", "far"):
+        path = Path(folder) / "scene.toml"
+        scene.write(path)
+        again = Scene.read(path)
+        assert Path(again.surface.file).samefile(scene.surface.file)
+    scene.write("scene.toml")
+    assert Scene.read("scene.toml") == scene
+
+
+def test_a_scene_is_written_whole_or_not_at_all(tmp_path):
+    with pytest.raises(InputError, match=r"scene\.toml"):
+        Scene().write(tmp_path / "none" / "scene.toml")
+    path = tmp_path / "scene.toml"
+    path.write_text("n = 1", encoding="utf-8")
+    with pytest.raises(InputError, match=f"{path}: unknown key 'n'"):
+        Scene.read(path)
+
+
+def test_any_title_reads_back():
+    text = Scene(title='"quotes" \\ and\nlines').to_toml()
+    assert Scene.from_toml(text).title == '"quotes" \\ and\nlines'
 
 
 def test_the_short_constructor_is_the_long_one():

@@ -13,7 +13,6 @@ from microsurf.errors import InputError
 from microsurf.physics import facet, fresnel
 from microsurf.results import detector
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
-from microsurf.scene.toml import from_toml, to_toml
 from microsurf.surface import generate_surface
 from microsurf.surface.heightfield import mesh
 from microsurf.trace import engine, exact, measure
@@ -197,7 +196,7 @@ def test_a_scene_names_its_engine():
     for name in ("exact", "embree"):
         asked = scene(name)
         assert engine.engine_of(asked) == name
-        assert from_toml(to_toml(asked)).accuracy.engine == name
+        assert Scene.from_toml(asked.to_toml()).accuracy.engine == name
         assert asked.accuracy.with_paths(10).engine == name
     auto = scene("auto")
     assert auto == scene(None)

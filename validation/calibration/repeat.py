@@ -26,7 +26,6 @@ from microsurf.analysis.validate import validate_scene
 from microsurf.cli.save import save
 from microsurf.scene import Scene
 from microsurf.scene.builtin import built_in_scenes
-from microsurf.scene.toml import read
 
 from ..checkpoint import LATEST, once
 
@@ -73,7 +72,7 @@ def _shift(one: Comparison, other: Comparison) -> float:
 
 def run(path: Path, paths: int) -> list[Row]:
     """The rows of a scene, three runs with so many paths, the last with a third."""
-    scene = read(path)
+    scene = Scene.read(path)
     runs = [
         validate_scene(path.stem, with_paths(scene, asked), seed=seed).comparisons
         for asked, seed in ((paths, SEEDS[0]), (paths, SEEDS[1]), (paths // 3, SEEDS[1]))
@@ -155,7 +154,7 @@ def main(words: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(words)
     table: list[Row] = []
     for path in asked.scenes or built_in_scenes():
-        own = read(path).accuracy.paths
+        own = Scene.read(path).accuracy.paths
         for kept, paths in (("own", own), *((f"{few}", few) for few in FEW)):
             table += once(KEPT / f"{path.stem}-{kept}.json", partial(run, path, paths))
         print(f"{path.stem}: {len(table)} comparisons so far", file=sys.stderr)  # noqa: T201

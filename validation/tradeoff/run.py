@@ -29,7 +29,6 @@ from microsurf.report.figures import pareto_all
 from microsurf.report.figures.pareto import rows, within
 from microsurf.scene import Light, Scene
 from microsurf.scene.builtin import built_in_scenes
-from microsurf.scene.toml import read
 from microsurf.stats.intervals import CONFIDENCE
 
 from ..checkpoint import LATEST, once
@@ -72,7 +71,7 @@ def kept_run(path: Path, run: int) -> Row:
     """Rows and pairs of one run of a scene, made now or by an earlier call."""
 
     def make() -> Row:
-        asked = at_two_angles(read(path))
+        asked = at_two_angles(Scene.read(path))
         found = tradeoff(asked, EFFORTS["quick"], seed=SEEDS[run], progress=True)
         return {"rows": rows(found), "separated": separated_pairs(found), "seconds": found.seconds}
 
@@ -162,7 +161,7 @@ def page(table: list[Row]) -> str:
 
 def labelled(path: Path) -> str:
     """The scene's name and roughness."""
-    rough = read(path).roughness
+    rough = Scene.read(path).roughness
     return f"{path.stem}: γ {rough.gamma:g}, σ {rough.sigma_x:g}"
 
 

@@ -12,7 +12,6 @@ import xarray as xr
 from ...errors import InputError
 from ...model.registry import Line
 from ...scene import Scene
-from ...scene.toml import from_toml
 from . import lobes
 from .style import SourceStyle, as_text, source_style
 
@@ -85,7 +84,7 @@ def figure(datasets: Mapping[str, xr.Dataset], kd: float | None = None) -> "Figu
 
 
 def _result(file: str, dataset: xr.Dataset, kd: float | None) -> _Result:
-    scene = from_toml(dataset.attrs["scene"])
+    scene = Scene.from_toml(dataset.attrs["scene"])
     return _Result(file, dataset, scene, scene.material.kd[0] if kd is None else kd)
 
 

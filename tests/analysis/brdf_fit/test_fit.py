@@ -21,7 +21,7 @@ from microsurf.analysis.brdf_fit.solve import Question, evaluate, refine, solve
 from microsurf.analysis.brdf_fit.summary import figures, parameters
 from microsurf.errors import InputError
 from microsurf.physics.facet import body_weight
-from microsurf.scene.toml import from_toml, to_toml
+from microsurf.scene import Scene
 
 PAINT = "interfaced-lambertian"
 GAMMA, SIGMA, N, KD = 2.5, 0.3, 1.5, (0.1, 0.4, 0.8)
@@ -106,7 +106,7 @@ def test_all_orders_add_light_and_move_the_fit(paint):
 
 def test_scenes_of_fits_read_back(fitted):
     scene = scene_of(fitted)
-    assert from_toml(to_toml(scene)) == scene
+    assert Scene.from_toml(scene.to_toml()) == scene
     assert scene.material.n == pytest.approx(N, rel=1e-3)
     assert len(scene.material.kd) == 3
 

@@ -22,7 +22,7 @@ from microsurf.cli import tradeoff as tradeoff_command
 from microsurf.errors import InputError
 from microsurf.report.figures import pareto as pareto_figure
 from microsurf.results import detector
-from microsurf.scene import Light, Material, Roughness, Scene, Surface, toml
+from microsurf.scene import Light, Material, Roughness, Scene, Surface
 
 TINY = TradeoffEffort(((1000, 4), (5000, 3)), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
 SCENE = Scene(
@@ -188,7 +188,7 @@ def test_both_commands(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(EFFORTS, "quick", TINY)
     monkeypatch.setattr(ablation, "WALKS", 2000)
     file = tmp_path / "small.toml"
-    file.write_text(toml.to_toml(MIRROR), encoding="utf-8")
+    file.write_text(MIRROR.to_toml(), encoding="utf-8")
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["microsurf", *map(str, arguments)])

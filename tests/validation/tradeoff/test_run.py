@@ -10,7 +10,7 @@ from microsurf.analysis.tradeoff import pareto
 from microsurf.analysis.tradeoff.effort import EFFORTS, TradeoffEffort
 from microsurf.analysis.tradeoff.pareto import MethodPoint
 from microsurf.report.figures import pareto_all
-from microsurf.scene import Light, Material, Roughness, Scene, toml
+from microsurf.scene import Light, Material, Roughness, Scene
 from validation.tradeoff import run as frontiers
 
 TINY = TradeoffEffort(((1000, 4),), ((0.5, 500, 4),), 1, 1, 2000, 4, 8)
@@ -94,7 +94,7 @@ def test_the_script_writes_goes_on_and_says_what_turned_round(tmp_path, monkeypa
     monkeypatch.setattr(frontiers, "KEPT", tmp_path / "kept")
     monkeypatch.setitem(EFFORTS, "quick", TINY)
     file = tmp_path / "flat.toml"
-    file.write_text(toml.to_toml(FLAT), encoding="utf-8")
+    file.write_text(FLAT.to_toml(), encoding="utf-8")
     words = [str(file), "--out", str(tmp_path / "out")]
     assert frontiers.main(words) == 0
     names = {p.name for p in (tmp_path / "out").iterdir()}
