@@ -153,10 +153,10 @@ def test_an_engine_that_is_not_in_the_list_is_refused_in_one_line(toy_engine, mo
         tracer_of(toy_engine.key)
 
 
-def read_toy(path, told):
+def read_toy(path, declared):
     """Numbers between blanks, in nanometres, two micrometres apart."""
-    if told.channel not in (None, "toys"):
-        raise InputError(f"channel {told.channel!r}: must be toys")
+    if declared.channel not in (None, "toys"):
+        raise InputError(f"channel {declared.channel!r}: must be toys")
     return HeightMap(np.loadtxt(path), (2000.0, 2000.0), "nm", "toy 1.0", "toy", "toys", ("toys",))
 
 

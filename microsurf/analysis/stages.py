@@ -1,6 +1,6 @@
 """A run that can be stopped: what is finished is stored by stages, and taken up again.
 
-`Run` is the folder DIR/unfinished, for one process at a time. Each piece of work in it (a
+`Run` is the folder DIR/unfinished, for one process at a time. Each computation in it (a
 scene with its seed and options) has a key, in which are also the sources of microsurf and
 the versions of what computes. What fits no key is not found, and made again.
 """
@@ -31,7 +31,7 @@ _FILE = re.compile(r"[0-9a-f]{24}-[a-z0-9-]{1,40}\.npz|\.[0-9a-f]{12}\.npz")
 
 
 class Stages:
-    """The stages of one piece of work; kept nowhere without a folder.
+    """The stages of one computation; kept nowhere without a folder.
 
     ``seconds`` is what they took, in this run or before; ``taken_up`` how many were there.
     """
@@ -93,7 +93,7 @@ class Run:
             ) from error
 
     def stages(self, **what: Any) -> Stages:
-        """Stages of one piece of work, told from others by values that JSON can hold."""
+        """Stages of one computation, distinguished from others by values that JSON can hold."""
         text = json.dumps([state_of_the_code(), what], sort_keys=True)
         return Stages(self._folder, hashlib.sha256(text.encode()).hexdigest())
 

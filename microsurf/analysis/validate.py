@@ -229,17 +229,17 @@ def _predict(
     predicted, seconds = {}, {}
     for key in models:
         clock = time.process_time()
-        predicted[key] = _as_lit(model.predict(turned(theory, turn), key), theory)
+        predicted[key] = _as_illuminated(model.predict(turned(theory, turn), key), theory)
         seconds[key] = time.process_time() - clock
     return predicted, seconds
 
 
 def _walk(theory: Scene, turn: float, key: str, run: dict[str, Any]) -> xr.Dataset:
     """All orders by a walk, see `turned`."""
-    return _as_lit(model.walk(turned(theory, turn), key, walks=WALKS, **run), theory)
+    return _as_illuminated(model.walk(turned(theory, turn), key, walks=WALKS, **run), theory)
 
 
-def _as_lit(predicted: xr.Dataset, theory: Scene) -> xr.Dataset:
+def _as_illuminated(predicted: xr.Dataset, theory: Scene) -> xr.Dataset:
     """Light's azimuth again from x: bins count from it, so nothing else has to be turned."""
     return predicted.assign_coords(phi_i=list(theory.light.phi))
 

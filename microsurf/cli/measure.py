@@ -139,7 +139,7 @@ def measure_command(
         values |= _reached(measured, scene)
         _say(values, scene)
     if out is not None and parts is not None:
-        _put(measured, out, parts)
+        _save(measured, out, parts)
         values["file"] = str(out)
     show(values, as_json)
 
@@ -168,7 +168,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Iterator[WorkerPool | N
         yield pool
 
 
-def _put(measured: xr.Dataset, out: Path, parts: Path) -> None:
+def _save(measured: xr.Dataset, out: Path, parts: Path) -> None:
     """Write the result, then remove the work items; killed in between, it leaves no half file."""
     whole, out = parts / checkpoint.RESULT, behind_links(out)
     datasets.save(measured, whole)

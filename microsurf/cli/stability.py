@@ -1,4 +1,4 @@
-"""microsurf stability: how many digits of the laws are right, and where meshes and traces end."""
+"""microsurf stability: digits of the formulas that are right, and where meshes and traces end."""
 
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from .save import Content, save
 def stability_command(quick: bool, out: Path, as_json: bool) -> None:
     """Check every formula against 50-digit arithmetic at extreme parameters, and meshes and traces.
 
-    Writes stability.md, .csv and .json and a picture for each group of laws. Exit code 1 if
+    Writes stability.md, .csv and .json and a picture for each group of formulas. Exit code 1 if
     a formula has fewer than 12 digits right beyond what its conditioning costs and does not say
     why, or if anything is NaN, infinite or negative.
 

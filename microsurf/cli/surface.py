@@ -70,7 +70,7 @@ def make_surface(
     stated |= say(_not_held(out, heightfield.pixel[0]))
     rough = wanted.roughness
     statistics = surface.surface_statistics(heightfield, rough.gamma, rough.sigma_x, rough.sigma_y)
-    statistics["realised_correlation"] = statistics.pop("correlation")
+    statistics["correlation_of_mesh"] = statistics.pop("correlation")
     show(
         {
             **{key: heightfield.recipe[key] for key in _ASKED},

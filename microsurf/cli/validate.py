@@ -79,8 +79,8 @@ _ON_TOP = (
     "--self-test",
     "check_again",
     is_flag=True,
-    help="Check microsurf itself now (invariants whatever the scene, digits of its laws); without "
-    "it, what that came to is remembered, for each version and machine.",
+    help="Check microsurf itself now (invariants whatever the scene, digits of its formulas); "
+    "without it the last result is remembered, for each version and machine.",
 )
 @allow_truncated_tail
 @seed
@@ -145,7 +145,7 @@ def validate_command(
         )
         page.add(results[-1], sections.of_scene(results[-1], page.slug))
         page.write_so_far()
-    # The digits of the laws take half a minute, and are shown with the main job alone.
+    # The digits of the formulas take half a minute, and are shown with the main job alone.
     checked = _of_microsurf(run, seed, workers, digits=not scene_files, again=check_again)
     document = page.finish(checked.invariants, before, sections.of_all(results, checked))
     run.finish()
@@ -185,7 +185,7 @@ def _stages(run: Run, scene: Scene, seed: int, refined: bool, surface_paths: int
 def _of_microsurf(
     run: Run, seed: int, workers: int | None, *, digits: bool, again: bool
 ) -> SelfTest:
-    """What holds whatever the scene: invariants, and how many digits of the laws are right."""
+    """What holds whatever the scene: invariants, and how many digits of the formulas are right."""
     return run.stages(seed=seed, digits=digits, again=again).done(
         "self-test",
         lambda: self_test(seed, workers, digits=digits, again=again, progress=True),

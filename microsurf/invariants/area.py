@@ -33,7 +33,7 @@ def closed(surfaces: Iterable[Heightfield]) -> Invariant:
     """Of every surface: Σ (w·m) area over all its facets, front and back, is w_z for every w.
 
     The sum is w_z − w·(mean slope), and a period's mean slope is 0: at worst over all
-    directions the error is the length of what the mean slope comes to.
+    directions the error is the length of the mean slope.
     """
     gaps, allowed = [], []
     for surface in surfaces:

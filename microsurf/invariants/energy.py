@@ -11,7 +11,7 @@ from ..surface import Heightfield
 from .area import closed
 from .invariant import Invariant
 
-BOOKS = 1e-12
+CLOSED = 1e-12
 _QUADRATURE = 2e-4
 
 
@@ -53,7 +53,7 @@ def energy(measured: xr.Dataset) -> Invariant:
         "light that arrived + absorbed + left out + lost is what was sent, at each angle of each "
         "surface",
         float(np.abs(accounted / measured.paths - 1).max()),
-        BOOKS,
+        CLOSED,
         "largest |sum / sent − 1|; rounding of the sums",
         {"lost, of all paths": float(albedos.lost_paths(measured).max())},
     )
@@ -75,7 +75,7 @@ def walks(predicted: Mapping[str, xr.Dataset]) -> list[Invariant]:
 
 
 def orders(measured: xr.Dataset, material: Material) -> Invariant:
-    """Sums over orders, kinds, body events, bins and batches come to the same light."""
+    """Sums over orders, kinds, body events, bins and batches add up to the same light."""
     by_bins = datasets.hemispherical(measured.flux)
     by_batches = measured.batch_flux.sum("batch") / measured.light_rays
     arrived = (by_bins / measured.path_weight).sum(("order", "body_events"))
@@ -95,7 +95,7 @@ def orders(measured: xr.Dataset, material: Material) -> Invariant:
         "sums over orders",
         "orders, kinds and numbers of body events add up to the total, in bins and in batches",
         max(figures.values()),
-        BOOKS,
+        CLOSED,
         "largest difference of albedos; rounding of the sums",
         figures,
     )

@@ -1,7 +1,7 @@
 """White furnaces: at Kd = 1 nothing is absorbed, so all light comes back.
 
-Where the exit direction is *drawn* from the facet's own law a furnace closes by
-construction and checks the book-keeping only. The law itself is checked by *evaluating*
+Where the exit direction is *drawn* from the facet's BRDF a furnace closes by
+construction and checks only that energy is conserved. The BRDF itself is checked by *evaluating*
 it: f cosθ over directions that know nothing of it.
 """
 
@@ -36,11 +36,11 @@ PATHS = 10_000
 WALKS = 20_000
 MIRROR = Material(1e-15, k=10.0)
 """A conductor whose F differs from 1 by less than 1e−15 away from grazing."""
-_BOOKS = 1e-12
+_CLOSED = 1e-12
 
 
 def explicit_scenes() -> Iterator[Scene]:
-    """White scenes of every index and law, and perfect mirrors."""
+    """White scenes of every index and distribution, and perfect mirrors."""
     base = Scene(
         surface=Surface(cells=64, realisations=1),
         light=Light(THETAS),
@@ -66,9 +66,10 @@ def traced(seed: int, workers: int | None) -> Invariant:
         "white furnace, traced",
         "albedo + lost = 1 at Kd = 1, and of a perfect mirror, on explicit surfaces",
         max(gaps),
-        _BOOKS,
-        f"largest |albedo + lost − 1|, n = {', '.join(f'{n:g}' for n in INDICES)}, three laws of "
-        "slopes, θ = 0, 60, 89°; rounding of the sums. By construction: checks the book-keeping",
+        _CLOSED,
+        f"largest |albedo + lost − 1|, n = {', '.join(f'{n:g}' for n in INDICES)}, three "
+        "distributions of slopes, θ = 0, 60, 89°; rounding of the sums. By construction: checks "
+        "that energy is conserved",
         {"paths": paths, "lost paths": lost},
     )
 
@@ -86,9 +87,9 @@ def walked(seed: int, workers: int | None) -> Invariant:
         "white furnace, walked",
         "albedo = 1 at Kd = 1 by both random walks, without a cap on events",
         max(gaps),
-        _BOOKS,
-        "largest |albedo − 1|, n = 1 and 1.5, three laws of slopes, θ = 0, 60, 89°; rounding of "
-        "the sums. By construction: checks the book-keeping",
+        _CLOSED,
+        "largest |albedo − 1|, n = 1 and 1.5, three distributions of slopes, θ = 0, 60, 89°; "
+        "rounding of the sums. By construction: checks that energy is conserved",
     )
 
 
@@ -107,7 +108,7 @@ def facet_gap(n: float, kd: float, cosine: float) -> float:
 
 
 def evaluated_facet() -> Invariant:
-    """One facet's law, integrated over the hemisphere."""
+    """One facet's BRDF, integrated over the hemisphere."""
     cosines = np.cos(np.radians([0.0, 60.0, 85.0, 89.9]))
     cases = product((1.0, 1 + 1e-6, 1.5, 100.0), (1.0, 0.5), cosines)
     gaps = {case: facet_gap(*case) for case in cases}
@@ -115,7 +116,7 @@ def evaluated_facet() -> Invariant:
         "white furnace, facet evaluated",
         "F + ∫ f_b cosθ dω = 1 at Kd = 1, and the albedo in closed form below",
         max(gaps.values()),
-        _BOOKS,
+        _CLOSED,
         f"largest difference of {len(gaps)} facets, n = 1 to 100, Kd = 0.5 and 1, θ to 89.9°; "
         "quadrature to 1e−13",
         {f"Kd = {kd:g}": max(g for c, g in gaps.items() if c[1] == kd) for kd in (1.0, 0.5)},
@@ -142,8 +143,8 @@ def evaluated_walk(pool: Executor, seed: int) -> Invariant:
         "∫ f cosθ dω = 1 at Kd = 1 over all orders, f by next-event evaluation of the Smith walk",
         # Of n = 1 the worse of two: as many comparisons again.
         [z for z, _ in estimates] + [0.0] * sum(case[0] == 1 for case in cases),
-        f"n = 1, 1.5, 2.4, three laws of slopes, θ = 0, 60, 85°, {WALKS} walks each; at n = 1 also "
-        "over uniform directions by `evaluate_walk`",
+        f"n = 1, 1.5, 2.4, three distributions of slopes, θ = 0, 60, 85°, {WALKS} walks each; "
+        "at n = 1 also over uniform directions by `evaluate_walk`",
         {
             "mean of all − 1 in %": 100 * float(np.mean([gap for _, gap in estimates])),
             "the worst − 1 in %": 100 * worst[1],

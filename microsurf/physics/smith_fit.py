@@ -9,7 +9,7 @@ and BBM, which agree). With z = cotθ/σ(φ),
 
 Measured against `smith`: off by up to 6.9e−3 in G1 (at γ = 2; 5e−3 and more for γ ≥ 40),
 and Λ falls to −4.5e−3, so that G1 > 1, for γ about 2 to 5. It is here to be measured beside
-the exact law, which costs as much, and nothing uses it by default.
+the exact function, which costs as much, and nothing uses it by default.
 """
 
 import numpy as np

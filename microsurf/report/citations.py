@@ -41,7 +41,7 @@ def of_scene(entry: Validation) -> set[str]:
 
 
 def _of_entries(entry: Validation) -> Iterator[str | Citation]:
-    """What the engine and the models of a scene rest on; a user's own BRDF has no entry."""
+    """What the engine and the models of a scene rest on; a user BRDF has no entry."""
     if entry.scene.requires.roughness:  # no engine takes part in a plane
         yield from ENGINES[engine_of(entry.scene)].citations
     for key in entry.predicted:

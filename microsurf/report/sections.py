@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BUDGET = """Measured − predicted, split by substituting one thing after the other: the model's own
-law by Smith's theory; STD by the slopes the surfaces have; what a finer mesh would change; light
-lost; the masking of the real structure in place of Smith's, and what that makes of later orders;
+facets and masking by Smith's theory; STD by the slopes the surfaces have; what a finer mesh would
+change; light lost; the masking of the real structure in place of Smith's, and what that makes of
+later orders;
 multiple scattering of the real structure. Terms add up to the difference (diamonds). Whiskers and
 intervals are of 95 %. {refined}"""
 _REFINED = """Mesh: the same relief on this mesh and on one twice as fine. Tile: what surfaces of

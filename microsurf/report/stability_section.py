@@ -26,7 +26,7 @@ _CAPTION = (
 def section(result: Stability, when: str) -> Section:
     """Return its tables and pictures; ``when`` says when it was made."""
     functions = Table(
-        "Laws and samplers, each at the place where fewest digits are kept",
+        "Formulas and samplers, each at the place where fewest digits are kept",
         [
             {
                 "function": row.function,

@@ -45,7 +45,7 @@ def place(point: DomainPoint) -> str:
 
 
 def markdown(stability: Stability) -> str:
-    """Three tables: laws, counts, borders."""
+    """Three tables: formulas, counts, borders."""
     wrong = sum(row.nan + row.infinite + row.negative for row in stability.counts)
     checked = sum(row.values for row in stability.counts)
     parts = [
@@ -54,7 +54,7 @@ def markdown(stability: Stability) -> str:
         "sampler, of what it makes of given random numbers, or of the worst deviation from an "
         "identity. *Kept*: digits right if what the condition number of the problem costs is "
         f"forgiven; at least {ENOUGH:g} are wanted."),
-        "## Laws and samplers, each at the place where fewest are kept",
+        "## Formulas and samplers, each at the place where fewest are kept",
         _table(
             ("function", "places", "kept", "right", "attainable", "condition", "at", "fewest right",
              "verdict"),

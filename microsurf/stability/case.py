@@ -1,4 +1,4 @@
-"""What the map knows of a law: where to ask, what it answers, and what is true."""
+"""What the map knows of a formula: where to ask, what it answers, and what is true."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ ENOUGH = 12.0
 
 @dataclass(frozen=True)
 class CheckedFunction:
-    """A law of `physics`, or the deterministic part of a sampler.
+    """A formula of `physics`, or the deterministic part of a sampler.
 
     Attributes
     ----------
@@ -24,11 +24,11 @@ class CheckedFunction:
         Coordinates of `box`: that along x, that along y, and others over which the map
         shows the worst.
     inputs : tuple of str
-        Names of the doubles the law is given.
+        Names of the doubles the formula is given.
     place : callable
         Coordinates → these doubles.
     value : callable
-        The law on these doubles.
+        The formula on these doubles.
     exact : callable
         The same of numbers of `reference.EXACT`.
     note : str
@@ -68,7 +68,7 @@ class DomainPoint:
 def points(
     function: CheckedFunction, values: dict[str, tuple[float, ...]]
 ) -> Iterator[DomainPoint]:
-    """Ask a law at all places of a grid, see `box`."""
+    """Ask a formula at all places of a grid, see `box`."""
     for index in product(*(values[axis] for axis in function.axes)):
         inputs = function.place(*index)
         value = float(function.value(*inputs))

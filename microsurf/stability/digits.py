@@ -13,7 +13,7 @@ MOST = -math.log10(ROUNDING)
 
 _LEAST = 2.0**-1022  # below, doubles have an absolute error
 _STEP = EXACT.mpf(10) ** -25  # of derivatives: 80 digits leave 30 of them
-_UPWARDS = ("gamma", "n")  # inputs at whose lower border laws end; all others are lowered
+_UPWARDS = ("gamma", "n")  # inputs at whose lower border formulas end; all others are lowered
 
 
 def relative_error(value: float, exact: Real) -> float:

@@ -75,6 +75,6 @@ def ticked(name: str, value: float) -> str:
 
 
 def unit(theta: float, phi: float = 0.0) -> NDArray[np.float64]:
-    """Direction at θ, φ in degrees, in doubles: the law is asked about these, not about θ."""
+    """Direction at θ, φ in degrees, in doubles: the formula is asked about these, not about θ."""
     t, p = np.radians(theta), np.radians(phi)
     return np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])

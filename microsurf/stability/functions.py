@@ -1,4 +1,4 @@
-"""The laws of `physics` that the map asks, each beside its reference."""
+"""The formulas of `physics` that the map asks, each beside its reference."""
 
 from ..physics import facet, fresnel, smith, student_t, vcavity, visible_normals
 from . import reference

@@ -16,7 +16,7 @@ from ..trace.wavefront import FacetOptics, trace
 from .first_hit import ROUNDINGS, unexplained
 
 KS = 5e-3
-BOOKS = 1e-9
+CLOSED = 1e-9
 LOSSES = 1e-4
 _IL = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
 _TAILS = (1.51, 1.55, 1.6, 1.65, 1.75, 2.0)
@@ -141,7 +141,7 @@ def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Limit]:
         name,
         "light not accounted for at Kd = 1",
         balance,
-        BOOKS,
+        CLOSED,
         "every path's light arrives or is counted as lost",
     )
     lost = {cause: int(tally.lost[ENDS.index(cause)]) for cause in LOST}

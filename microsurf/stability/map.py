@@ -1,4 +1,4 @@
-"""The whole map: digits of every law and sampler, counts of what is no number, borders."""
+"""The whole map: digits of every formula and sampler, counts of what is no number, borders."""
 
 import time
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from .sweep import Count, sweep
 
 @dataclass(frozen=True)
 class Summary:
-    """Of one law: the place where least is left beyond the conditioning, and whether it is enough.
+    """Of one formula: where least is left beyond the conditioning, and whether it is enough.
 
     ``short`` is the number of places with less than ENOUGH digits beyond the conditioning;
     ``least`` the fewest digits right anywhere, whatever the conditioning.
@@ -50,7 +50,7 @@ class Stability:
 
     @property
     def sound(self) -> bool:
-        """Whether no law is short of digits without a reason and nothing but numbers was found."""
+        """Whether no formula is short of digits without a reason, and all values are numbers."""
         return all(row.verdict != "short" for row in self.summaries) and all(
             row.nan == row.infinite == row.negative == 0 for row in self.counts
         )
@@ -78,7 +78,7 @@ def survey(*, quick: bool, progress: bool = False) -> Stability:
 
 
 def summarise(function: CheckedFunction, points_checked: list[DomainPoint]) -> Summary:
-    """Return the worst place of a law, and how many fall short."""
+    """Return the worst place of a formula, and how many fall short."""
     return Summary(
         function.name,
         function.group,

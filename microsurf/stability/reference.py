@@ -1,4 +1,4 @@
-"""The laws once more, at 50 digits and 30 to lose: by formulas `physics` does not use.
+"""The same functions at 50 digits and 30 to lose, by formulas that `physics` does not use.
 
 Each takes and returns mpmath numbers of `EXACT`: a double given to them is meant as it
 is, to its last bit. `physics` rearranges its formulas so that nothing cancels; here they

@@ -1,8 +1,8 @@
 """Samplers: what they make of given random numbers, and what must hold of every draw.
 
-A sampler is a deterministic map of random numbers with a law of its own. `Given` stands
-in for the generator and hands it fixed numbers, so the map has a reference as a law has;
-whether the numbers' law is the right one is what the tests of `physics` ask. Of real
+A sampler is a deterministic map of random numbers with a distribution of its own. `Given` stands
+in for the generator and hands it fixed numbers, so the map has a reference as a formula has;
+whether the numbers' distribution is the right one is what the tests of `physics` ask. Of real
 draws an identity is asked: their value is 1 + the worst deviation from it.
 """
 

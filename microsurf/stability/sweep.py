@@ -1,4 +1,4 @@
-"""All laws at random places and corners of the box: what is no finite number, or negative."""
+"""All formulas at random places and corners of the box: what is no finite number, or negative."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _STEEPEST = float(np.nextafter(1.5, 2))
 
 @dataclass(frozen=True)
 class Count:
-    """Of one law: values asked, and how many were NaN, infinite or negative."""
+    """Of one formula: values asked, and how many were NaN, infinite or negative."""
 
     function: str
     values: int
@@ -41,7 +41,7 @@ def _wrong(values: Array) -> tuple[int, int, int]:
 
 
 def _values(batch: int, size: int, rng: np.random.Generator) -> Iterator[tuple[str, Array]]:
-    """Every law's values in one batch; the first batches are the corners of γ and σ."""
+    """Every formula's values in one batch; the first batches are the corners of γ and σ."""
     gamma = 1.5 + 10 ** rng.uniform(-15.6, 9)
     sigma = 10 ** rng.uniform(-6, 1)
     if batch < 9:

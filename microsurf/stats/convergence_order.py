@@ -2,7 +2,7 @@
 
 Differences of independent means have Welch's interval (1947). The order of convergence
 of v(h) = v(0) + c hᵖ from three mesh widths h, rh, r²h is p = ln((v₃−v₂)/(v₂−v₁)) / ln r
-(Richardson), with its error to first order in those of the values. The power of a law
+(Richardson), with its error to first order in those of the values. The exponent of
 s ~ Nˣ is a weighted least-squares slope of ln s: where s is a standard deviation of ν
 degrees of freedom, ln s has the mean ln σ + (ψ(ν/2) − ln(ν/2))/2 and the variance
 ψ'(ν/2)/4 (of normal values, about 1/(2ν)).

@@ -5,8 +5,8 @@ how the empirical distribution then wavers, is measured on the surface itself: t
 covariance of the empirical distribution at LEVELS is the sum over lags of the
 covariance of the indicators 1{u ≤ level}, cut where their autocorrelation is lost in
 noise. The p-value is the share of normal processes of that covariance that stray
-further. Kolmogorov's own law with an effective number alone will not do: facets are
-correlated differently at each level, and a smooth field strays less often than that law
+further. Kolmogorov's own distribution with an effective number alone will not do: facets are
+correlated differently at each level, and a smooth field strays less often than it
 says (of 1000 independent draws' worth, at a nominal 5 % in 1 % of fields).
 """
 

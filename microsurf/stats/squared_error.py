@@ -7,7 +7,7 @@ C = V_x/K + V_r/R that of b = x̄ − r̄. The squared error of the method, its 
     E² = β² + ν²,   β² = |b|² − tr C,   ν² = tr V_x / n.
 
 Along b the mean is uncertain by s² = u'Cu (u = b/|b|, Student's t with Satterthwaite's
-freedom), which gives β its interval about √(|b|² − tr C + s²); the noise across b, whose
+degrees of freedom), which gives β its interval about √(|b|² − tr C + s²); the noise across b, whose
 expectation is taken out, leaves ±z √(2 (tr C² − s⁴)(1 + 1/(R−1))) in β²; ν² has that of χ²
 with (K−1)(tr V)²/tr V² degrees of freedom. The parts are put together by the method of
 variance estimates recovery (Zou and Donner, Statistics in Medicine 27, 2008) above; below

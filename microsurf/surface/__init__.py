@@ -1,5 +1,6 @@
 """Explicit microgeometry: heightfields, made, read, levelled, described and fitted."""
 
+from .declared import Declared
 from .detrend import level
 from .fit import StdFit, fit_std
 from .formats import FORMATS, Format, endings_text, read_endings, write_endings
@@ -17,16 +18,15 @@ from .realisations import (
 )
 from .statistics import surface_statistics
 from .synthesis import from_recipe, generate_surface
-from .told import Told
 
 __all__ = [
     "FORMATS",
+    "Declared",
     "Format",
     "HeightMap",
     "Heightfield",
     "Mesh",
     "StdFit",
-    "Told",
     "endings_text",
     "facet_normals",
     "facet_slopes",

@@ -87,13 +87,13 @@ def fit_std(h: Heightfield) -> StdFit:
     flat = _flatten(p, q, measured)
     sloping = (p, q) if measured is None else (p[measured], q[measured])
     general = _checked(*sloping, flat)
-    cov, naive, freedom = covariance(p, q, general, measured)
-    isotropy = _isotropy(general, cov, freedom)
+    cov, naive, dof = covariance(p, q, general, measured)
+    isotropy = _isotropy(general, cov, dof)
     result = general
     if isotropy > ISOTROPY_LEVEL:
         result = maximise(*sloping, isotropic=True)
-        cov, naive, freedom = covariance(p, q, result, measured)
-    reach = intervals.student(freedom)
+        cov, naive, dof = covariance(p, q, result, measured)
+    reach = intervals.student(dof)
     jacobian = _jacobian(result.scatter)
     sizes = _axes(result.scatter)
     errors = reach * np.sqrt(np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T))
@@ -193,7 +193,7 @@ def _checked(p: Array, q: Array, flat: float) -> Maximum:
     least, most = np.linalg.eigvalsh(result.scatter)
     if least <= _ONE_LINE * most:
         raise InputError(
-            "all slopes lie along one line, as of grooves: no STD fits; "
+            "all slopes lie along one line, as of scratches: no STD fits; "
             "`microsurf measure --surface` needs none"
         )
     return result
@@ -231,7 +231,7 @@ def _jacobian(scatter: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _isotropy(result: Maximum, cov: Array, freedom: float) -> float:
+def _isotropy(result: Maximum, cov: Array, dof: float) -> float:
     """p-value of S being a multiple of the unit matrix, from its two deviations."""
     root = np.linalg.cholesky(result.scatter)
 
@@ -250,5 +250,5 @@ def _isotropy(result: Maximum, cov: Array, freedom: float) -> float:
     spread = jacobian @ cov[1:, 1:] @ jacobian.T
     squared = float(at @ np.linalg.solve(spread, at))
     # Hotelling's T² of two components is an F of one degree of freedom less.
-    rest = max(freedom - 1, 1.0)
-    return float(stats.f.sf(squared * rest / (2 * freedom), 2, rest))
+    rest = max(dof - 1, 1.0)
+    return float(stats.f.sf(squared * rest / (2 * dof), 2, rest))

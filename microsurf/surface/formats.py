@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import mesh_io, native
+from .declared import OF_BARE_HEIGHTS, OF_INSTRUMENTS, Declared
 from .heightfield import Heightfield
 from .readers import image, surface_topography, x3p
 from .readers.height_map import HeightMap
-from .told import OF_BARE_HEIGHTS, OF_INSTRUMENTS, Told
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Format:
     write : callable or None
         Writes a surface into a path; a file that stays unfinished is never seen.
     takes : tuple of str
-        Names of what a user may say of such a file besides spacing and boundary, see `Told`.
+        Names of what a user may say of such a file besides spacing and boundary, see `Declared`.
     extra : str
         What to install if a package is missing, as pip calls it.
 
@@ -46,7 +46,7 @@ class Format:
     key: str
     label: str
     endings: tuple[str, ...]
-    read: Callable[[Path, Told], Heightfield | HeightMap | None] | None = None
+    read: Callable[[Path, Declared], Heightfield | HeightMap | None] | None = None
     write: Callable[[Heightfield, Path], None] | None = None
     takes: tuple[str, ...] = ()
     extra: str = ""

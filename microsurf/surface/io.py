@@ -9,11 +9,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import check_readable, whole_file
+from .declared import Declared
 from .formats import FORMATS, Format, endings_text, read_endings, write_endings
 from .heightfield import Heightfield, Spacing
 from .measured import completed
 from .readers.height_map import HeightMap
-from .told import Told
 
 _SAME_SPACING = 1e-6  # relative; single-precision meshes know their spacing no better
 
@@ -85,17 +85,19 @@ def read_surface(
     """
     path = Path(path)
     check_readable(path, "`microsurf surface --out FILE` writes one")
-    told = Told(spacing, boundary, channel, voids, height_unit, void_value)
+    declared = Declared(spacing, boundary, channel, voids, height_unit, void_value)
     try:
-        h = _read(path, told)
+        h = _read(path, declared)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    if told.pixel is not None and not np.allclose(told.pixel, h.pixel, rtol=_SAME_SPACING, atol=0):
+    if declared.pixel is not None and not np.allclose(
+        declared.pixel, h.pixel, rtol=_SAME_SPACING, atol=0
+    ):
         raise InputError(f"spacing = {spacing}: {path} says {h.spacing}; leave it out")
     return h
 
 
-def _read(path: Path, told: Told) -> Heightfield:
+def _read(path: Path, declared: Declared) -> Heightfield:
     """By the first format that knows its ending and its content."""
     ending = _ending(path, read_endings())
     # Libraries warn and log about tags and versions; what matters they raise.
@@ -105,22 +107,22 @@ def _read(path: Path, told: Told) -> Heightfield:
         for entry in FORMATS.values():
             if entry.read is None or ending not in entry.endings:
                 continue
-            _check_told(entry, told)
+            _check_declared(entry, declared)
             try:
-                stored = entry.read(path, told)
+                stored = entry.read(path, declared)
             except ImportError as error:
                 raise _missing(entry, error) from error
             if isinstance(stored, HeightMap):
-                return completed(stored, path.name, told)
+                return completed(stored, path.name, declared)
             if stored is not None:
                 return stored
     raise InputError("of no format that is known under its ending; export it again")
 
 
-def _check_told(entry: Format, told: Told) -> None:
+def _check_declared(entry: Format, declared: Declared) -> None:
     """Refuse what is said about a file that says it itself."""
-    for field in fields(told):
-        value = getattr(told, field.name)
+    for field in fields(declared):
+        value = getattr(declared, field.name)
         if value is not None and field.name not in ("spacing", "boundary", *entry.takes):
             name = field.name
             raise InputError(f"{name} = {value!r}: a file of this ending says it; leave it out")

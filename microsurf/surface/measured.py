@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from . import voids as void_points
+from .declared import Declared
 from .heightfield import Heightfield, Spacing, check_layout, spacing_pair
 from .readers.height_map import MICROMETRES, ORIENTATION, PIXELS, HeightMap, unit_named
-from .told import Told
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def from_array(
     return Heightfield(mended.heights, pixel, boundary, filled=mended.filled, provenance=known)
 
 
-def completed(stored: HeightMap, name: str, told: Told) -> Heightfield:
+def completed(stored: HeightMap, name: str, declared: Declared) -> Heightfield:
     """Make a surface of what an instrument's file of some name says, and what the user says of it.
 
     Heights and pixel come out in µm.
@@ -71,12 +71,12 @@ def completed(stored: HeightMap, name: str, told: Told) -> Heightfield:
 
     """
     check_layout(stored.heights.shape, stored.heights.dtype)
-    factor, unit = _height_unit(stored, told.height_unit)
+    factor, unit = _height_unit(stored, declared.height_unit)
     return from_array(
-        marked(stored.heights, told.void_value) * factor,
-        _pixel(stored, told.spacing),
-        told.boundary or ("periodic" if stored.periodic else "mirror"),
-        told.voids,
+        marked(stored.heights, declared.void_value) * factor,
+        _pixel(stored, declared.spacing),
+        declared.boundary or ("periodic" if stored.periodic else "mirror"),
+        declared.voids,
         {
             "file": name,
             "reader": stored.reader,

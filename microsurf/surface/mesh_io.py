@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..scene import MAX_CELLS
+from .declared import Declared
 from .heightfield import Heightfield
-from .told import Told
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -82,7 +82,7 @@ def _trimesh(vertices: Array, faces: Indices) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, faces, process=False, validate=False)
 
 
-def read(path: Path, told: Told) -> Heightfield:
+def read(path: Path, declared: Declared) -> Heightfield:
     """Read a triangle mesh that is a heightfield on a rectangular grid with our diagonals.
 
     Raises
@@ -115,7 +115,7 @@ def read(path: Path, told: Told) -> Heightfield:
     square = abs(spacing_y - spacing) <= _ON_GRID * spacing / max(rows, columns)
     heights = _grid_heights(y * columns + x, vertices[:, 2], rows, columns)
     _check_faces(x[faces], y[faces], rows, columns)
-    boundary = told.boundary
+    boundary = declared.boundary
     closes = min(rows, columns) > 2 and bool(
         np.array_equal(heights[0], heights[-1]) and np.array_equal(heights[:, 0], heights[:, -1])
     )

@@ -16,9 +16,9 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .declared import Declared
 from .heightfield import Heightfield, check_layout, spacing_pair
 from .measured import from_array, height_factor, marked
-from .told import Told
 
 _MAX_TEXT_BYTES = 1_000_000
 _MAX_HEADER_BYTES = 10_000  # as numpy has it
@@ -49,7 +49,7 @@ def write_heights(h: Heightfield, path: Path) -> None:
         stream.write(h.heights.tobytes())
 
 
-def read_archive(path: Path, told: Told) -> Heightfield:
+def read_archive(path: Path, declared: Declared) -> Heightfield:
     """Read what `write_archive` wrote; another boundary takes the place of its own.
 
     Raises
@@ -59,31 +59,31 @@ def read_archive(path: Path, told: Told) -> Heightfield:
 
     """
     h = _read_entries(path)
-    if told.boundary not in (None, h.boundary):
-        h = replace(h, boundary=str(told.boundary), recipe={})
+    if declared.boundary not in (None, h.boundary):
+        h = replace(h, boundary=str(declared.boundary), recipe={})
     return h
 
 
-def read_heights(path: Path, told: Told) -> Heightfield:
-    """Read bare heights as they are, or in µm if their unit is told.
+def read_heights(path: Path, declared: Declared) -> Heightfield:
+    """Read bare heights as they are, or in µm if their unit is declared.
 
     Raises
     ------
     InputError
-        If it holds no heights, is damaged, or a unit is told without a spacing.
+        If it holds no heights, is damaged, or a unit is declared without a spacing.
 
     """
     with path.open("rb") as stream:
         heights = _read_array(stream, path.stat().st_size)
     factor, known = 1.0, {}
-    if told.height_unit is not None:
-        factor = height_factor(told.height_unit)
-        known = {"unit": "µm", "unit_in_file": told.height_unit}
-        if told.pixel is None:
-            raise InputError(f"height_unit = {told.height_unit!r}: goes with --spacing, in µm")
-    values = marked(heights, told.void_value)
-    boundary = told.boundary or "periodic"
-    return from_array(values * factor, told.pixel or 1.0, boundary, told.voids, known)
+    if declared.height_unit is not None:
+        factor = height_factor(declared.height_unit)
+        known = {"unit": "µm", "unit_in_file": declared.height_unit}
+        if declared.pixel is None:
+            raise InputError(f"height_unit = {declared.height_unit!r}: goes with --spacing, in µm")
+    values = marked(heights, declared.void_value)
+    boundary = declared.boundary or "periodic"
+    return from_array(values * factor, declared.pixel or 1.0, boundary, declared.voids, known)
 
 
 def _read_array(stream: IO[bytes], size: int, text: bool = False) -> NDArray[Any]:

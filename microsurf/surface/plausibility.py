@@ -34,16 +34,17 @@ def assumed(surface: Surface) -> list[str]:
 
 def origin(h: Heightfield, name: str) -> list[str]:
     """How a measured surface was read, and what was done to it, for people."""
-    told = h.provenance
+    provenance = h.provenance
     result = []
-    if "reader" in told:
+    if "reader" in provenance:
         dx, dy = h.pixel
         result.append(
-            f"{name}: {told['format']} read by {told['reader']}, channel {told['channel']!r}, "
-            f"pixel {dx:.6g} × {dy:.6g} µm, heights in {told['unit_in_file']} taken to µm, "
-            f"{told['orientation']}"
+            f"{name}: {provenance['format']} read by {provenance['reader']}, "
+            f"channel {provenance['channel']!r}, "
+            f"pixel {dx:.6g} × {dy:.6g} µm, heights in {provenance['unit_in_file']} taken to µm, "
+            f"{provenance['orientation']}"
         )
-    voids = told.get("voids", {"share": 0.0})
+    voids = provenance.get("voids", {"share": 0.0})
     if voids["share"] > 0:
         done = (
             f"cropped to the {voids['kept']:.1%} that have none"

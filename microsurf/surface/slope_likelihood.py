@@ -43,7 +43,7 @@ class Maximum:
 
 
 def maximise(p: Array, q: Array, *, isotropic: bool = False, eta: float | None = None) -> Maximum:
-    """Find η and S of the highest likelihood, S isotropic or η given if told.
+    """Find η and S of the highest likelihood, S isotropic or η given if asked.
 
     Where a share f₀ of the facets does not slope at all, the likelihood has a pole at
     S = 0 beyond η = (1 − f₀)/f₀: the search stays on this side of it.
@@ -176,7 +176,7 @@ def covariance(
     Returns
     -------
     by tiles, as if facets were independent : ndarray, shape (4, 4)
-    freedom : float
+    dof : float
         Degrees of freedom of the first, as of a quadratic form of independent tiles.
 
     """
@@ -214,8 +214,8 @@ def covariance(
     tiles = sums.shape[1]
     # The scores add up to zero, which takes its share from their products.
     meat = sums @ weights @ sums.T / max(1 - weights.sum() / tiles**2, 0.1)
-    freedom = max(tiles**2 / float(np.sum(weights**2)) - 1, 1.0)
-    return np.asarray(inverse @ meat @ inverse), np.asarray(inverse), freedom
+    dof = max(tiles**2 / float(np.sum(weights**2)) - 1, 1.0)
+    return np.asarray(inverse @ meat @ inverse), np.asarray(inverse), dof
 
 
 def _bartlett(there: Mask) -> Array:

@@ -41,8 +41,8 @@ def surface_statistics(
         ks: Kolmogorov–Smirnov distance of ρ.
         quantiles: {"0.5": relative error of that quantile of ρ, …}.
         tail: max_slope, the largest |slope|; area_beyond, the share of STD's
-        microsurface area at ρ above the largest realised one, which the mesh can't
-        hold; area_realised, the mesh's area over STD's.
+        microsurface area at ρ above the largest of the mesh, which the mesh can't
+        hold; area_of_mesh, the mesh's area over STD's.
         harmonics: means of cosφ, sinφ, cos2φ, sin2φ; 0 if isotropic.
         height_slope: Spearman's rank correlation over facets of ρ with height, positive
         if the steep ones are high, and (distance) with |height − its median|, positive
@@ -75,12 +75,12 @@ def surface_statistics(
     slope2 = p**2 + q**2
     area = float(np.mean(np.sqrt(1 + slope2)))
     max_slope = float(np.sqrt(slope2.max()))
-    tail = {"max_slope": max_slope, "area_beyond": 0.0, "area_realised": area}
+    tail = {"max_slope": max_slope, "area_beyond": 0.0, "area_of_mesh": area}
     against = _against_flat(slope2)
     if sigma_x > 0:
         against = _against_std(p, q, gamma, sigma_x, sigma_y)
         tail["area_beyond"] = _area_beyond(against.pop("rho_max"), gamma, sigma_x, sigma_y)
-        tail["area_realised"] = area / mean_area(gamma, sigma_x, sigma_y)
+        tail["area_of_mesh"] = area / mean_area(gamma, sigma_x, sigma_y)
     along_x, along_y = correlation_lengths(h)
     return {
         **against,

@@ -51,7 +51,7 @@ def measure(
         Same seed, same bits, whoever does the work.
     workers : int, optional
         Threads; default one for each core. With an ``executor`` its number of workers,
-        from which the time is told that tracing took.
+        with the time that tracing took.
     executor : concurrent.futures.Executor, optional
         Does the work instead of threads: processes, or ``Client.get_executor()`` of a
         dask cluster.

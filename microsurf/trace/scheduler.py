@@ -19,7 +19,7 @@ from .wavefront import Tally
 from .work_items import PATHS_PER_ITEM, Realisation, WorkItem, facet_optics
 
 MOST_SURFACES = 1000
-"""No error is worth more realisations: who asks for it is told what was reached."""
+"""No error is worth more realisations: the result says what was reached."""
 
 ROUND = 8
 """Work items that cover the tile once, where their number is not known before."""
@@ -46,7 +46,7 @@ class Scheduler:
     ``accuracy.standard_error`` each realisation is traced until its rays leave that error
     in the mean over a scene's ``realisations``, and realisations are added until the
     spread of all leaves no more; those of the scene are then the least. Work items of less than
-    PIECE paths let a realisation end earlier.
+    PATHS_PER_ITEM paths let a realisation end earlier.
     """
 
     def __init__(

@@ -127,8 +127,8 @@ def test_the_largest_of_a_working_day_is_written_in_seconds(tmp_path):
 
 def test_boundary_of_a_mesh(tmp_path, generated):
     write_surface(generated, tmp_path / "closed.ply")
-    told = read_surface(tmp_path / "closed.ply", boundary="mirror")
-    assert told.heights.shape == (25, 38)
+    declared = read_surface(tmp_path / "closed.ply", boundary="mirror")
+    assert declared.heights.shape == (25, 38)
     write_surface(Heightfield(generated.heights, 1.0, "mirror"), tmp_path / "open.ply")
     with pytest.raises(InputError, match="take 'mirror'"):
         read_surface(tmp_path / "open.ply", boundary="periodic")

@@ -97,7 +97,7 @@ def test_a_generated_surface_meets_its_law_and_json():
     # Gaussian slopes: rms = σ, area in closed form; the KS distance bounds both to 1e-3.
     assert found["Sdq"] == pytest.approx(0.5, rel=1e-3)
     assert found["Sdr"] + 1 == pytest.approx(area_closed_form(np.inf, 0.5), rel=1e-3)
-    assert found["tail"]["area_realised"] == pytest.approx(1, abs=1e-3)
+    assert found["tail"]["area_of_mesh"] == pytest.approx(1, abs=1e-3)
     assert found["tail"]["area_beyond"] < 1e-4
     # L = 8 up to the scatter of 1500 correlated areas.
     assert found["correlation"] == pytest.approx(8, rel=0.1)

@@ -73,13 +73,13 @@ def traced(gamma: float, sigma: float, cells: int) -> Callable[[Scene, int], Cos
 
     def run(scene: Scene, turn: int) -> Cost:
         facet = work_items.facet_optics(scene)
-        meets = tile if scene.requires.roughness else Plane()
+        target = tile if scene.requires.roughness else Plane()
         tally = wavefront.trace(
-            meets, THETA, 0.0, facet, LIGHT_RAYS * facet.branches, np.random.default_rng(turn)
+            target, THETA, 0.0, facet, LIGHT_RAYS * facet.branches, np.random.default_rng(turn)
         )
         seconds, inside = tally.seconds
         whole, outside = 1e9 * seconds / tally.light, 1e9 * (seconds - inside)
-        if meets is not tile:
+        if target is not tile:
             return Cost(whole)
         return Cost(whole, outside / tally.light, outside / tally.rays)
 

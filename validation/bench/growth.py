@@ -71,7 +71,7 @@ def with_threads(cells: int, paths: int, turns: int) -> dict[int, float]:
     speeds: dict[int, list[float]] = {count: [] for count in counts}
     for turn in tqdm(range(turns), desc="growth with threads", unit=" turns", disable=None):
         for count in counts:
-            # A piece or two must not decide: each thread has at least eight.
+            # A work item or two must not decide: each thread has at least eight.
             one = Ours(surface, SIGMA, count).turn(THETA, paths * max(counts), turn)
             speeds[count].append(one.paths / one.seconds)
     return {c: statistics.median(s) / statistics.median(speeds[1]) for c, s in speeds.items()}

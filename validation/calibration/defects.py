@@ -38,7 +38,7 @@ from ..gridwalk.walk import GridWalk
 walks = import_module("microsurf.model.random_walk.simulate")
 
 N, KD = 1.5, 0.8
-ROUNDING = 1e-12  # laws hold to fewer than 64 ε in their own tests
+ROUNDING = 1e-12  # formulas hold to fewer than 64 ε in their own tests
 DIRECTIONS = 400_000
 WALKS = 100_000
 PAIRS = (((30, 0), (40, 130)), ((80, 10), (70, 170)), ((60, 0), (60, 60)), ((85, 0), (60, 170)))

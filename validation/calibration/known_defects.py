@@ -5,7 +5,7 @@
 Slopes 2 % too steep on the same surfaces, traced by the same rays: slopes. Another structure of
 the same slopes: masking, and of later orders masking and multiple together, for it also changes
 how light that is met again gets out; masking alone is shown besides. A tracer, and a walk of the
-model, that end at the third event: multiple. r_i 5 % too high in the model: law. Writes
+model, that end at the third event: multiple. r_i 5 % too high in the model: model. Writes
 known_defects.md and .csv to reports/calibration: for each part of the light the share of its
 difference in the right term, and the jackknife's 95 % interval over surfaces. A difference that
 surfaces and rays leave open (its own interval holds 0, or it is below 2e-4) is shown and not

@@ -190,7 +190,7 @@ def profiles() -> None:
 
 
 def sphere() -> None:
-    """Lit spheres, the light 45° beside the eye: traced surface, walk, and their ratio."""
+    """Illuminated spheres, the light 45° beside the eye: traced surface, walk, and their ratio."""
     gold = metals.GOLD[1]
     cases = {
         "rough Lambertian\nn = 1, γ = 8, σ = 0.7": scene(8.0, 0.7, 1.0),

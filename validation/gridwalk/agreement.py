@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from microsurf.trace.embree import Hits
 from microsurf.trace.grid import Grid, triangles
 
-from .walk import Meetings, Rays
+from .walk import ExactHits, Rays
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ def facet_discrepancy(
 
 
 def weight_discrepancy(
-    grid: Grid, rays: tuple[Rays, Rays], seen: Hits, true: Meetings
+    grid: Grid, rays: tuple[Rays, Rays], seen: Hits, true: ExactHits
 ) -> tuple[Array, Array]:
     """Differences of the weights (u, v) on the same facet, in εR·perimeter/(2A cosθ) and in 1."""
     facets = FacetsOfRays(grid, true.triangle, rays)

@@ -37,7 +37,7 @@ from microsurf.trace.kernels.state import ENDS, LOST
 from microsurf.trace.wavefront import FacetOptics, Tally, Tile, trace
 
 from .agreement import BOUND, facet_discrepancy, weight_discrepancy
-from .walk import GridWalk, Meetings
+from .walk import ExactHits, GridWalk
 
 OUT = Path(__file__).parents[2] / "reports" / "bench"
 ORDINARY = ((8.0, 0.7, 16), (2.0, 0.3, 16), (1.75, 0.5, 4))
@@ -125,7 +125,7 @@ def vertical(grid: Grid, count: int, rng: np.random.Generator) -> Pair:
 def compare(grid: Grid, embree: Tile, rays: Pair) -> dict[str, float]:
     """One row of the table; ``grid`` is what float64 walks on."""
     walk = GridWalk(grid)
-    seen, true = embree.intersect(*rays), walk.meet(*rays)
+    seen, true = embree.intersect(*rays), walk.first_hits(*rays)
     differ = np.flatnonzero(seen.triangle != true.triangle)
     same = np.flatnonzero((seen.triangle == true.triangle) & (true.triangle >= 0))
     units, cells = facet_discrepancy(
@@ -135,12 +135,12 @@ def compare(grid: Grid, embree: Tile, rays: Pair) -> dict[str, float]:
         grid,
         (rays[0][same], rays[1][same]),
         Hits(seen.triangle[same], seen.u[same], seen.v[same]),
-        Meetings(true.triangle[same], true.t[same], true.u[same], true.v[same]),
+        ExactHits(true.triangle[same], true.t[same], true.u[same], true.v[same]),
     )
     alone = np.flatnonzero((seen.triangle < 0) & (true.triangle >= 0))
     origins, directions = rays[0][alone].astype(float), rays[1][alone].astype(float)
     behind = origins + (true.t[alone, None] + 1e-6) * directions
-    leaks = (walk.meet(behind, directions).triangle < 0) & (directions[:, 2] < 0)
+    leaks = (walk.first_hits(behind, directions).triangle < 0) & (directions[:, 2] < 0)
     return {
         "rays": len(rays[0]),
         "facets_differ": len(differ),
@@ -192,10 +192,10 @@ def paired(tiles: dict[str, Tile], theta: float, light: int, call: int) -> dict[
     calls = light // call
     albedos = np.zeros((2, calls))
     lost = np.zeros((2, len(ENDS)), np.int64)
-    for piece, (k, tile) in product(range(calls), enumerate(tiles.values())):
-        rng = np.random.Generator(np.random.SFC64([6, piece]))
+    for batch, (k, tile) in product(range(calls), enumerate(tiles.values())):
+        rng = np.random.Generator(np.random.SFC64([6, batch]))
         tally = trace(tile, theta, 17.0, IL, call * IL.branches, rng)
-        albedos[k, piece] = albedo(tally)
+        albedos[k, batch] = albedo(tally)
         lost[k] += tally.lost
     off = albedos[1] - albedos[0]
     # None of many calls that differ may still be up to 3 more (95 %), each out of step all over.

@@ -44,7 +44,7 @@ def leaks(embree: EmbreeTile, theta: float, rng: np.random.Generator) -> dict[st
     """Leaks found, and the probability that a ray leaks."""
     grid, walk = embree.grid, GridWalk(embree.grid)
     origins, directions = traced(embree, theta, LIGHT)
-    met = walk.meet(origins, directions)
+    met = walk.first_hits(origins, directions)
     hit = met.triangle >= 0
     origins, directions = origins[hit].astype(float), directions[hit]
     facets = FacetsOfRays(grid, met.triangle[hit], (origins, directions))
@@ -63,11 +63,11 @@ def leaks(embree: EmbreeTile, theta: float, rng: np.random.Generator) -> dict[st
         target = a + rng.random((len(a), 1)) * (b - a)
         target += across * (rng.uniform(-1, 1, len(a)) * width)[:, None]
         moved = (origins + target - points).astype(np.float32)
-        seen, true = embree.intersect(moved, directions), walk.meet(moved, directions)
+        seen, true = embree.intersect(moved, directions), walk.first_hits(moved, directions)
         alone = np.flatnonzero((seen.triangle < 0) & (true.triangle >= 0))
         down = directions[alone].astype(float)
         behind = moved[alone] + (true.t[alone, None] + 1e-6) * down
-        below = alone[(walk.meet(behind, down).triangle < 0) & (down[:, 2] < 0)]
+        below = alone[(walk.first_hits(behind, down).triangle < 0) & (down[:, 2] < 0)]
         back = from_behind(grid, seen.triangle, directions) & ~from_behind(
             grid, true.triangle, directions
         )

@@ -9,7 +9,7 @@ breaks the ray is in that triangle, and a ray that was above and is below has ch
 somewhere. So nothing can fall between two triangles, whatever the rounding.
 
 A ray that starts below meets the back of a triangle, where g rises to zero, as in Embree;
-the tracer calls such a path lost ("behind") unless it is a graze. Touching is meeting:
+the tracer calls such a path lost ("behind") unless it is a graze. Touching is hitting:
 g = 0 at a break or at the start is a hit there, also for a ray that lies in the facet,
 which Embree passes by. A ray that comes in from the tile's side below the surface is below.
 
@@ -30,7 +30,7 @@ Rays = NDArray[np.float64] | NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Meetings:
+class ExactHits:
     """First triangle met by each ray in float64, each array of shape (rays,).
 
     Its number as in `grid.triangles`, −1 for none; the ray's parameter t, ∞ for none; the
@@ -50,13 +50,13 @@ class GridWalk:
         self.grid = grid
         self._heights = grid.heights.astype(np.float64)
 
-    def meet(self, origins: Rays, directions: Rays) -> Meetings:
+    def first_hits(self, origins: Rays, directions: Rays) -> ExactHits:
         """Find the first hit of each ray, t ≥ 0; shapes (rays, 3), directions not zero."""
         count = len(origins)
-        found = Meetings(
+        found = ExactHits(
             np.empty(count, np.int32), np.empty(count), np.empty(count), np.empty(count)
         )
-        _meet(
+        _first_hits(
             self._heights, self.grid.flipped, self.grid.x0, self.grid.y0,
             np.asarray(origins, np.float64), np.asarray(directions, np.float64),
             found.triangle, found.t, found.u, found.v,
@@ -65,12 +65,12 @@ class GridWalk:
 
     def intersect(self, origins: NDArray[np.float32], directions: NDArray[np.float32]) -> Hits:
         """Answer as `EmbreeTile.intersect` does: the same rays, only u and v rounded."""
-        found = self.meet(origins, directions)
+        found = self.first_hits(origins, directions)
         return Hits(found.triangle, found.u.astype(np.float32), found.v.astype(np.float32))
 
 
 @njit(cache=True, nogil=True)
-def _meet(heights, flipped, x0, y0, origins, directions, triangle, t, u, v):  # noqa: ANN001, ANN202
+def _first_hits(heights, flipped, x0, y0, origins, directions, triangle, t, u, v):  # noqa: ANN001, ANN202
     """Fill the last four arrays, ray by ray."""
     for r in range(len(origins)):
         cx, cy, side, t[r], fx, fy = _walk(

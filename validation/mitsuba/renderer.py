@@ -11,7 +11,7 @@ Written to be as fast as its user could make it. Measured on two cores with AVX-
   a new path when one ends;
 * origins in the order of a Morton curve, stratified as microsurf's are, beat independent
   ones by 2.2 to 2.7: packets of 16 rays stay together (``ordered=False`` is the plain way);
-* Embree is told that rays are not coherent: with that hint it gains nothing;
+* Embree gets the hint that rays are not coherent, and would gain nothing from another;
 * Embree's robust mode, as microsurf's: without it is 1.2 times as fast, and up to 1e−5 of
   the paths fall through edges. The margin of one cell beyond each edge and the small step
   off the facet (`mitsuba_loop.OFFSET`) are microsurf's too, and cost nothing.

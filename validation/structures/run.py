@@ -148,7 +148,7 @@ def add_surfaces(case: StructureCase) -> None:
 
 
 def theory(gamma: float, sigma: float) -> Iterator[Row]:
-    """Rows of every theory; walks err by their numbers, which a binomial law bounds."""
+    """Rows of every theory; walks err by their numbers, which a binomial distribution bounds."""
     scene = StructureCase(gamma, sigma, 8.0, STRUCTURES[0]).scene
     for model in dict.fromkeys((*ORDER_1, *ALL_ORDERS)):
         walks = WALKS.get(model)
@@ -181,7 +181,7 @@ def measured(case: StructureCase) -> Iterator[Row]:
         }  # fmt: skip
 
 
-def realised(case: StructureCase) -> Row:
+def of_surface(case: StructureCase) -> Row:
     """What the first surface of a case realises, and the largest errors of its albedos."""
     made = surface_statistics(surface_of(case.scene, 0, 0), case.gamma, case.sigma)
     mean, error = means(case.albedos)
@@ -241,7 +241,7 @@ def main() -> None:
         write(theories, [row for pair in tqdm(pairs, "theories", disable=None)
                          for row in theory(*pair)])  # fmt: skip
     done = [case for case in CASES if len(case.albedos)]
-    write(OUT / "surfaces.csv", [realised(case) for case in done])
+    write(OUT / "surfaces.csv", [of_surface(case) for case in done])
     known = [row for case in done for row in measured(case)]
     write(OUT / "atlas.csv", known + read(theories))
     figures.write(read(OUT / "atlas.csv"), OUT)

@@ -119,7 +119,7 @@ def allowed(table: list[Row]) -> int:
 def page(table: list[Row]) -> str:
     """The counts in Markdown."""
     lines = [
-        "# The same ladders again",
+        "# The same trade-offs again",
         "",
         (
             f"Written by `validation/tradeoff/run.py`: the quick trade-off of"
@@ -159,7 +159,7 @@ def page(table: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def labelled(path: Path) -> str:
+def name_of(path: Path) -> str:
     """The scene's name and roughness."""
     rough = Scene.read(path).roughness
     return f"{path.stem}: γ {rough.gamma:g}, σ {rough.sigma_x:g}"
@@ -176,7 +176,7 @@ def main(words: Sequence[str] | None = None) -> int:
     contents: dict[str, Content] = {}
     for path in asked.scenes or built_in_scenes():
         one, other = (kept_run(path, run) for run in range(len(SEEDS)))
-        tables[labelled(path)] = one["rows"]
+        tables[name_of(path)] = one["rows"]
         table += repeated(path.stem, one, other)
         contents[f"{path.stem}.csv"] = rounded(one["rows"], 4)
         print(f"{path.stem}: {one['seconds'] + other['seconds']:.0f} s", file=sys.stderr)  # noqa: T201

@@ -2,7 +2,7 @@
 
 measured − predicted is split by substituting one thing after the other, in this order:
 
-law         the prediction by the reference theory of the same assumptions (Smith): a fault of
+model       the prediction by the reference theory of the same assumptions (Smith): a fault of
             the prediction's own facet, or another masking than Smith's; of later orders what
             the fault of order 1 makes of them if every event has it
 slopes      STD by the slopes the surfaces have, the tail a mesh can't hold left out
@@ -206,7 +206,7 @@ def _model(case: Case, q: str) -> TermEstimate:
 
 
 def _rest(case: Case, q: str, before: Mapping[str, _Sum]) -> _Sum:
-    """What is left of measured − realised on each surface."""
+    """What is left of measured − the theory with the slopes of the mesh on each surface."""
     explained = [before[term] for term in ("mesh", "losses") if term in before]
     fixed = (
         sum(explained_term.fixed for explained_term in explained) + case.with_mesh_slopes(q).value

@@ -139,7 +139,7 @@ def error(result: Squared) -> Error:
 
 
 def _spread(*without: Array) -> tuple[float, float]:
-    """Standard error from leave-one-out values of independent samples, and its freedom."""
+    """Standard error from leave-one-out values of independent samples, and its dof."""
     parts = [
         ((len(w) - 1) / len(w) * float(((w - w.mean()) ** 2).sum()), len(w) - 1)
         for w in without

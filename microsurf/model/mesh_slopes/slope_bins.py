@@ -1,9 +1,9 @@
-"""A realised distribution of slopes as ratios to STD, bin by bin of ρ = |(p/σ_x, q/σ_y)|.
+"""A distribution of slopes of a mesh as ratios to STD, bin by bin of ρ = |(p/σ_x, q/σ_y)|.
 
 Bins hold equal parts of STD, and log-even parts of its tail. A bin's ratio is that of
 facets in it; in the tail that of their mean ρ, since a steep facet is met as often as its
 slope is large. Beyond the steepest facet the ratio is 0: the tail a mesh can't hold.
-Within a bin the realised slopes are taken to follow STD.
+Within a bin the slopes are taken to follow STD.
 """
 
 from itertools import pairwise
@@ -35,7 +35,7 @@ class SlopeBins(NamedTuple):
 
 
 def slope_bins(rho: Array, gamma: float) -> SlopeBins:
-    """Ratios of a realised distribution to STD of shape γ > 3/2, ∞ for Beckmann.
+    """Ratios of a distribution to STD of shape γ > 3/2, ∞ for Beckmann.
 
     ``rho`` are |(p/σ_x, q/σ_y)| of its facets, of one weight; azimuths are taken to be
     spread evenly in that frame.

@@ -102,8 +102,8 @@ def evaluate_walk(
         error[up, 0] = spread
         error[up, 2] = np.hypot(error[up, 2], spread)
     cosine = np.where(o[:, 2:] > 0, o[:, 2:], 1.0)
-    return _labelled(mean / cosine, shape), _labelled(error / cosine, shape)
+    return _estimate(mean / cosine, shape), _estimate(error / cosine, shape)
 
 
-def _labelled(values: Array, shape: tuple[int, ...]) -> BrdfEstimate:
+def _estimate(values: Array, shape: tuple[int, ...]) -> BrdfEstimate:
     return BrdfEstimate(*values.T.reshape(3, *shape))

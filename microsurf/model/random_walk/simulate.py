@@ -27,7 +27,7 @@ from .tally import CAUSES, WalkTally, tally_walks
 Array = NDArray[np.float64]
 
 CHUNK = 262_144
-"""Walks of one piece of work; each is seeded by its place and adds up with the others."""
+"""Walks of one work item; each is seeded by its place and adds up with the others."""
 MOST_EVENTS = 10**9
 """Facet events after which a path counts as lost: there to end a fault, not to save time."""
 
@@ -89,7 +89,7 @@ def walk(
     sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
     most = MOST_EVENTS if scene.requires.multiple_scattering else 1
 
-    def piece(a: int, k: int) -> WalkTally:
+    def work_item(a: int, k: int) -> WalkTally:
         rng = seeds.generator(seed, seeds.WALKS, a, k)
         theta, phi = angles[a]
         i = direction(np.radians(theta), np.radians(phi))
@@ -111,7 +111,7 @@ def walk(
     totals: list[WalkTally] = [WalkTally.empty()] * len(angles)
     with bar, ThreadPoolExecutor(workers) as pool:
         places = list(product(range(len(angles)), range(count)))
-        jobs = [pool.submit(piece, *angle_and_chunk) for angle_and_chunk in places]
+        jobs = [pool.submit(work_item, *angle_and_chunk) for angle_and_chunk in places]
         try:
             for (a, k), job in zip(places, jobs, strict=True):
                 totals[a] = totals[a] + job.result()

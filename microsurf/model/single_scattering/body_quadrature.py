@@ -168,15 +168,15 @@ def _breaks(plane: _Plane, lines: _Lines) -> Array:
     i_end = np.arctan2(i[:, 1], i[:, 0]) - side * np.pi / 2
     o_end = np.arctan2(o[:, 1], o[:, 0]) + side * np.pi / 2
 
-    def meeting(o_z: Array) -> Array:
+    def crossings(o_z: Array) -> Array:
         """Azimuth of the point where a_i·x = i_z and a_o·x = o_z."""
         y = side * (o_z * i[:, 0] - lines.i_z * o[:, 0])
         return np.asarray(np.arctan2(y, side * (lines.i_z * o[:, 1] - o_z * i[:, 1])))
 
-    corner = meeting(lines.o_z)
+    corner = crossings(lines.o_z)
     breaks = [i_end, o_end, corner]
     if plane.vcavity:
-        mirrored = meeting(-lines.o_z)
+        mirrored = crossings(-lines.o_z)
         breaks += [corner + np.pi, mirrored, mirrored + np.pi]
     if plane.sigma_x != plane.sigma_y:
         # Across the direction of the small σ, |s| changes within its ratio to the other.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _LINES: tuple[Line, ...] = (
     "-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (9, 3)), (0, (1, 4)), (0, (5, 6)),
 )  # fmt: skip
-"""Told apart by eye; more are not."""
+"""Declared apart by eye; more are not."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def figure(datasets: Mapping[str, xr.Dataset], kd: float | None = None) -> "Figu
     ------
     InputError
         If there are two measurements, if angles of incidence differ, or if there are
-        more predictions than lines that can be told apart.
+        more predictions than there are different lines.
 
     """
     results = [_result(file, dataset, kd) for file, dataset in datasets.items()]
@@ -141,6 +141,4 @@ def _line(result: _Result, usual: Line, taken: set[tuple[bool, Line]]) -> Line:
         if (all_orders, line) not in taken:
             taken.add((all_orders, line))
             return line
-    raise InputError(
-        f"{result.file}: more than {len(_LINES)} predictions can't be told apart; give fewer"
-    )
+    raise InputError(f"{result.file}: more than {len(_LINES)} predictions look alike; give fewer")

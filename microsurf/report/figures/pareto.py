@@ -110,7 +110,7 @@ def legend(drawn: "Figure", columns: int = 3, title: str = _HOW) -> None:
 
 
 def draw_methods(panel: "Axes", table: Sequence[Mapping[str, Any]]) -> None:
-    """Rungs with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
+    """Methods with 95 % bars; filled on the frontier, hollow if dominated, and the line between."""
     if not table:
         panel.text(0.5, 0.5, "nothing measured", ha="center", transform=panel.transAxes)
         return

@@ -53,10 +53,10 @@ def rows(stability: Stability) -> list[dict[str, Any]]:
 
 @own_style()
 def figure(stability: Stability, group: str) -> "Figure":
-    """Draw all laws of a group of GROUPS, two panels each: measured, and attainable.
+    """Draw all formulas of a group of GROUPS, two panels each: measured, and attainable.
 
     A cell is the worst over the function's other coordinates; a cross marks fewer than ENOUGH
-    digits beyond what the conditioning costs. Laws of one coordinate share a panel.
+    digits beyond what the conditioning costs. Formulas of one coordinate share a panel.
     """
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - late: only to draw
     from matplotlib.colors import BoundaryNorm  # noqa: PLC0415 - late: only to draw

@@ -7,8 +7,8 @@ import PIL
 from PIL import Image, ImageSequence
 
 from ...errors import InputError
+from ..declared import Declared
 from ..heightfield import check_layout
-from ..told import Told
 from .height_map import HeightMap, choose, first_line
 
 ENDINGS = (".png", ".tif", ".tiff", ".bmp", ".pgm")
@@ -26,7 +26,7 @@ def _check(frame: Image.Image) -> None:
     check_layout((frame.height, frame.width), np.dtype(np.float64))
 
 
-def read(path: Path, told: Told) -> HeightMap:
+def read(path: Path, declared: Declared) -> HeightMap:
     """Read the grey levels of an image, or of one frame of several.
 
     Raises
@@ -39,7 +39,7 @@ def read(path: Path, told: Told) -> HeightMap:
         with Image.open(path) as image:
             count = getattr(image, "n_frames", 1)
             names = [f"frame {i}" for i in range(count)]
-            taken = choose(told.channel, names, 0)
+            taken = choose(declared.channel, names, 0)
             frame = ImageSequence.Iterator(image)[taken] if count > 1 else image
             _check(frame)  # before the pixels are unpacked
             heights = np.asarray(frame, dtype=np.float64)

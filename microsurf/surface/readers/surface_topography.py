@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..told import Told
+from ..declared import Declared
 from .height_map import HeightMap, choose, first_line, unit_named
 
 FORMATS = {
@@ -38,7 +38,7 @@ _OTHER_KINDS = ("amplitude", "phase", "error", "deflection", "friction", "curren
 """Words in the names of channels that hold no heights."""
 
 
-def read(path: Path, told: Told) -> HeightMap | None:
+def read(path: Path, declared: Declared) -> HeightMap | None:
     """Read one channel of heights.
 
     Raises
@@ -58,7 +58,7 @@ def read(path: Path, told: Told) -> HeightMap | None:
     for name in FORMATS[ending]:
         try:
             with IO.lookup_reader_by_format[name](str(path)) as opened:
-                return _channel(opened, name, told.channel)
+                return _channel(opened, name, declared.channel)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - they raise whatever the bytes provoke

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ..declared import Declared
 from ..heightfield import Heightfield
-from ..told import Told
 from .height_map import PIXELS, HeightMap, choose, first_line
 
 _METRES = 1e-6  # in a micrometre
 
 
-def read(path: Path, told: Told) -> HeightMap:
+def read(path: Path, declared: Declared) -> HeightMap:
     """Read one layer of a surface on a regular grid.
 
     Raises
@@ -40,7 +40,7 @@ def read(path: Path, told: Told) -> HeightMap:
     if not isinstance(stored, x3pio.Surface):
         raise InputError(f"an X3P {type(stored).__name__}: must be a surface on a grid")
     names = [f"layer {i}" for i in range(len(stored.layers))]
-    layer = stored.layers[choose(told.channel, names, 0)]
+    layer = stored.layers[choose(declared.channel, names, 0)]
     if not layer.is_regular_grid:
         raise InputError("its points lie on no regular grid; export heights on a grid")
     axes = layer.header
@@ -52,7 +52,7 @@ def read(path: Path, told: Told) -> HeightMap:
         unit="m",
         reader=f"x3pio {x3pio.__version__}",
         format="x3p",
-        channel=names[choose(told.channel, names, 0)],
+        channel=names[choose(declared.channel, names, 0)],
         channels=tuple(names),
     )
 

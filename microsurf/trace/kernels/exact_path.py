@@ -6,7 +6,7 @@ factors. What passes into the substrate of a light ray's first facet comes out a
 drawn, by weight, and stands for all. The light that the fan loses behind its horizon, and
 all that enters substrates later along the chains, goes into a *reservoir* (Chao 1982, "A
 general purpose unequal probability sampling plan"): it keeps one of them, by weight, and
-one path follows it with the weight of all. So the books close group by group, and later
+one path follows it with the weight of all. So energy is conserved group by group, and later
 orders cost no branching.
 """
 

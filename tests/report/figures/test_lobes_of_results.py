@@ -70,7 +70,7 @@ def test_lines_of_one_colour_are_not_the_same():
     handles = lobes_of_results.figure(results).axes[0].get_legend_handles_labels()[0]
     kinds = [(line.get_color(), str(line._unscaled_dash_pattern)) for line in handles]
     assert len(set(kinds)) == len(kinds) == 16
-    with pytest.raises(InputError, match="told apart"):
+    with pytest.raises(InputError, match="look alike"):
         lobes_of_results.figure(results | {"9.nc": predicted(kd=0.9)})
 
 

@@ -62,12 +62,16 @@ def test_measured_files(name, format_, shape, pixel, unit):
     assert found.heights.shape == shape
     assert found.pixel == pytest.approx((pixel, pixel), rel=1e-9)
     assert found.boundary == "mirror"
-    told = found.provenance
-    assert told["reader"].startswith("SurfaceTopography 1.")
-    assert (told["format"], told["unit"], told["unit_in_file"]) == (format_, "µm", unit)
-    assert told["orientation"] == "seen from above, x to the right, y down"
+    provenance = found.provenance
+    assert provenance["reader"].startswith("SurfaceTopography 1.")
+    assert (provenance["format"], provenance["unit"], provenance["unit_in_file"]) == (
+        format_,
+        "µm",
+        unit,
+    )
+    assert provenance["orientation"] == "seen from above, x to the right, y down"
     voids = 12314 / 45000 if format_ == "frt" else 0.0
-    assert told["voids"]["share"] == pytest.approx(voids)
+    assert provenance["voids"]["share"] == pytest.approx(voids)
     assert (found.filled is not None) == (voids > 0)
 
 

@@ -28,7 +28,7 @@ def walked(heights, flipped, origins, directions):
     times = 9
     grid = from_heights(np.tile(heights, (times, times)), np.tile(flipped, (times, times)))
     shift = np.array([grid.x0 + MARGIN + 4 * columns, grid.y0 + MARGIN + 4 * rows, 0])
-    found = GridWalk(grid).meet(origins + shift, directions)
+    found = GridWalk(grid).first_hits(origins + shift, directions)
     cell, side = np.divmod(found.triangle.astype(np.int64), 2)
     y, x = np.divmod(cell, grid.flipped.shape[1])
     y, x = (y - MARGIN) % rows, (x - MARGIN) % columns

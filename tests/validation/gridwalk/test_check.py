@@ -91,7 +91,7 @@ def test_the_walk_finds_what_exact_arithmetic_finds(kind, scale):
     """To 1e−12 of the coordinates; a touch of that size may go either way."""
     grid = small(scale)
     origins, directions = (array.astype(float) for array in rays(grid, kind))
-    found = GridWalk(grid).meet(origins, directions)
+    found = GridWalk(grid).first_hits(origins, directions)
     reach = max(grid.reach, 10)
     hits = touches = 0
     for r, (o, d) in enumerate(zip(origins, directions, strict=True)):
@@ -129,7 +129,7 @@ def test_nothing_falls_through(name):
     start = vertices[rng.choice(len(vertices), count)].astype(float)
     target = vertices[faces[rng.choice(len(faces), count), 0]].astype(float)
     start[:, 2], target[:, 2] = grid.top + 1, grid.bottom - 1
-    found = GridWalk(grid).meet(start, target - start)
+    found = GridWalk(grid).first_hits(start, target - start)
     assert (found.triangle >= 0).all()
     assert ((found.t >= 0) & (found.t <= 1)).all()
 
@@ -138,7 +138,7 @@ def test_weights_and_t_say_the_same_point():
     grid = HOSTILE["slopes of 1e3"]
     origins, directions = check.aimed(grid, 20_000, np.random.default_rng(9))
     origins, directions = origins.astype(float), directions.astype(float)
-    found = GridWalk(grid).meet(origins, directions)
+    found = GridWalk(grid).first_hits(origins, directions)
     hit = found.triangle >= 0
     vertices, faces = triangles(grid)
     a, b, c = (vertices[faces[found.triangle[hit], k]].astype(float) for k in range(3))
@@ -164,9 +164,9 @@ def test_float64_rays_stay_so():
     grid = from_heights(np.zeros((4, 4)), np.zeros((4, 4), bool))
     origins = np.array([[0.3, 0.3 + side * 1e-9, 1] for side in (-1, 1)])
     down = np.tile([0.0, 0, -1], (2, 1))
-    beside = GridWalk(grid).meet(origins, down).triangle
+    beside = GridWalk(grid).first_hits(origins, down).triangle
     assert beside[1] == beside[0] + 1
-    assert len(set(GridWalk(grid).meet(origins.astype(np.float32), down).triangle)) == 1
+    assert len(set(GridWalk(grid).first_hits(origins.astype(np.float32), down).triangle)) == 1
 
 
 def test_discrepancy_is_the_distance_that_float32_must_have_erred():

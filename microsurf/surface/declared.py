@@ -11,7 +11,7 @@ OF_INSTRUMENTS = ("channel", *OF_BARE_HEIGHTS)
 
 
 @dataclass(frozen=True)
-class Told:
+class Declared:
     """What is said of one file, each as in `read_surface`; None where nothing is."""
 
     spacing: Spacing | None = None
