@@ -47,7 +47,7 @@ from .planned import planned
 @click.option(
     "--surface",
     "surface_file",
-    type=PATH,
+    type=INPUT,
     cls=Listing,
     listing=lambda: [
         "Trace this heightfield instead of a generated one",

@@ -9,9 +9,13 @@ from .heightfield import Heightfield, facet_slopes, measured_facets
 SLOPES = (5e-7, 2e3)
 """Median slopes that can be traced: those of the least and the largest σ, for every γ."""
 _USUAL = (1e-3, 10.0)
-_STEEPER = 2.0
-"""Times a seam may be as steep as the surface: by chance 1 % are steeper of tiles of 16
-correlation lengths a side, 6 % of 8."""
+_STEEPER = 1.1
+"""Times a seam may be as steep as the steepest of the lines beside it.
+
+The seam of a true period is one of its N lines: it is the steepest once in N surfaces, whatever
+the correlation. By a tenth 1 of 600 seams was at 64², and 2 at 128²; of seams of cut maps of 45²
+(6 correlation lengths a side) 2 % are missed, of larger ones none of 300.
+"""
 
 
 def assumed(surface: Surface) -> list[str]:
@@ -92,8 +96,9 @@ def _seams(h: Heightfield, name: str) -> list[str]:
         inside = np.abs(np.diff(h.heights, axis=axis)) / spacing
         ends = np.take(h.heights, [0, -1], axis=axis)
         seam = float(np.median(np.abs(np.diff(ends, axis=axis)))) / spacing
+        steepest = float(np.median(inside, axis=1 - axis).max())
         usual = float(np.median(inside)) or float(np.mean(inside))
-        if seam > _STEEPER * usual > 0:
+        if seam > _STEEPER * steepest and usual > 0:
             notes.append(
                 f"{name}: periodic, but the seam in {letter} is {seam / usual:.3g} times as steep "
                 f"as the surface (median slope {seam:.3g}, inside {usual:.3g}) and will be traced "
