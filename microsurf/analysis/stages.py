@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import InputError, MicrosurfError
+from ..scene import Scene
 from ..trace.checkpoint import claim
 from .stored import load, save
 from .versions import state_of_the_code
@@ -96,6 +97,12 @@ class Run:
         """Stages of one computation, distinguished from others by values that JSON can hold."""
         text = json.dumps([state_of_the_code(), what], sort_keys=True)
         return Stages(self._folder, hashlib.sha256(text.encode()).hexdigest())
+
+    def of_scene(self, scene: Scene, **what: Any) -> Stages:
+        """Stages of a scene, whose file is known by its content, and of further values."""
+        file = scene.surface.file
+        content = None if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest()
+        return self.stages(scene=scene.to_toml(), file=content, **what)
 
     def finish(self) -> None:
         """Remove the stages, once what they were for is safe; what is not ours is left there."""

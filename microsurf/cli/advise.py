@@ -5,11 +5,23 @@ from typing import Any
 
 import click
 
+from ..analysis.stages import Run
 from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.recommend import Judged, Recommendation, advise
 from ..analysis.tradeoff.study import CHOICES
+from ..errors import InputError
+from ..report import make_folder
 from ..scene import Scene
-from .options import INPUT, allow_truncated_tail, as_json, check_tail, effort, seed
+from .options import (
+    INPUT,
+    PATH,
+    allow_truncated_tail,
+    as_json,
+    check_tail,
+    effort,
+    resume,
+    seed,
+)
 from .output import show, write
 
 
@@ -23,16 +35,20 @@ from .output import show, write
     show_default=True,
     help="Total albedo, height of the specular peak, or body lobe over its bins.",
 )
+@click.option("--out", type=PATH, help="Folder in which to keep what is finished, until all is.")
 @effort
 @seed
+@resume
 @allow_truncated_tail
 @as_json
 def advise_command(
     scene: Path,
     tolerance: float,
     quantity: str,
+    out: Path | None,
     effort: str,
     seed: int,
+    resume: bool,
     allow_truncated_tail: bool,
     as_json: bool,
 ) -> None:
@@ -42,7 +58,19 @@ def advise_command(
     """
     requested = Scene.read(scene)
     stated = check_tail(requested, allow_truncated_tail)
-    result = advise(requested, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True)
+    run, stages = None, None
+    if out is not None:
+        make_folder(out)
+        run = Run(out, resume=resume)
+        what = {"quantity": quantity, "tolerance": tolerance, "effort": effort, "seed": seed}
+        stages = run.of_scene(requested, command="advise", **what)
+    elif resume:
+        raise InputError("--resume: goes with --out FOLDER, in which finished stages lie")
+    result = advise(
+        requested, tolerance, quantity, EFFORTS[effort], seed=seed, progress=True, stages=stages
+    )
+    if run is not None:
+        run.finish()
     if as_json:
         show(_values(result) | stated, as_json=True)
         return

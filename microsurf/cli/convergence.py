@@ -9,6 +9,7 @@ import click
 from .. import memory
 from ..analysis.convergence.steps import EFFORTS
 from ..analysis.convergence.study import Convergence, Row, converge
+from ..analysis.stages import Run
 from ..report import make_folder
 from ..report.figures.convergence import draw
 from ..scene import Scene
@@ -20,6 +21,7 @@ from .options import (
     as_json,
     check_from_file,
     check_tail,
+    resume,
     say,
     seed,
     workers,
@@ -48,6 +50,7 @@ _COLUMNS = (
 @allow_truncated_tail
 @seed
 @workers
+@resume
 @as_json
 def convergence_command(
     scene: Path,
@@ -56,6 +59,7 @@ def convergence_command(
     allow_truncated_tail: bool,
     seed: int,
     workers: int | None,
+    resume: bool,
     as_json: bool,
 ) -> None:
     """Refine the mesh, enlarge the tile, add realisations and rays, and show what each leaves.
@@ -67,11 +71,16 @@ def convergence_command(
     _check(requested, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out
     make_folder(out)
-    result = converge(requested, EFFORTS[effort], seed=seed, workers=workers, progress=True)
+    run = Run(out, resume=resume)
+    stages = run.of_scene(requested, command="convergence", effort=effort, seed=seed)
+    result = converge(
+        requested, EFFORTS[effort], seed=seed, workers=workers, progress=True, stages=stages
+    )
     values: dict[str, Any] = {
         "scene": scene.stem, "effort": effort, "seed": seed, **asdict(result), "out": str(out),
     }  # fmt: skip
     _save(result, values, out)
+    run.finish()
     if as_json:
         show(values, as_json=True)
         return

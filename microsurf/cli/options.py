@@ -80,6 +80,13 @@ allow_truncated_tail = click.option(
     is_flag=True,
     help=f"Allow γ < {tail_limit.LEAST_GAMMA:g}, where a finite mesh truncates the slope tail.",
 )
+resume = click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on with a run that was stopped, from `unfinished` in the folder --out: what is "
+    "finished and still fits (scene, seed, options, version) is not done again, and the result is "
+    "the same.",
+)
 effort = click.option(
     "--effort",
     type=click.Choice(list(EFFORTS)),

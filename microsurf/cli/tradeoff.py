@@ -5,12 +5,13 @@ from typing import Any
 
 import click
 
+from ..analysis.stages import Run
 from ..analysis.tradeoff.effort import EFFORTS
 from ..analysis.tradeoff.study import QUANTITIES, Tradeoff, check, tradeoff
 from ..report import make_folder
 from ..report.figures.pareto import figure, rows, within
 from ..scene import Scene
-from .options import INPUT, PATH, allow_truncated_tail, as_json, check_tail, effort, seed
+from .options import INPUT, PATH, allow_truncated_tail, as_json, check_tail, effort, resume, seed
 from .output import show, write
 from .save import rounded, save_study
 
@@ -20,10 +21,17 @@ from .save import rounded, save_study
 @click.option("--out", type=PATH, help="Folder; default reports/tradeoff/ and the scene's name.")
 @effort
 @seed
+@resume
 @allow_truncated_tail
 @as_json
 def tradeoff_command(
-    scene: Path, out: Path | None, effort: str, seed: int, allow_truncated_tail: bool, as_json: bool
+    scene: Path,
+    out: Path | None,
+    effort: str,
+    seed: int,
+    resume: bool,
+    allow_truncated_tail: bool,
+    as_json: bool,
 ) -> None:
     """Run every model, walk and mesh on a scene, and show what accuracy costs.
 
@@ -34,13 +42,16 @@ def tradeoff_command(
     stated = check_tail(requested, allow_truncated_tail)
     out = Path("reports/tradeoff") / scene.stem if out is None else out
     make_folder(out)
-    result = tradeoff(requested, EFFORTS[effort], seed=seed, progress=True)
+    run = Run(out, resume=resume)
+    stages = run.of_scene(requested, command="tradeoff", effort=effort, seed=seed)
+    result = tradeoff(requested, EFFORTS[effort], seed=seed, progress=True, stages=stages)
     values = (
         _values(result)
         | {"scene": scene.stem, "effort": effort, "seed": seed, "out": str(out)}
         | stated
     )
     _save(values, out)
+    run.finish()
     if as_json:
         show(values, as_json=True)
         return

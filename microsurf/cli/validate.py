@@ -1,6 +1,5 @@
 """microsurf validate: the main job."""
 
-import hashlib
 import sys
 import time
 from pathlib import Path
@@ -13,7 +12,7 @@ from ..analysis import regression, validate_user_brdf
 from ..analysis.fitted_theory import prepare
 from ..analysis.planning import Plan
 from ..analysis.self_test import SelfTest, self_test
-from ..analysis.stages import Run, Stages
+from ..analysis.stages import Run
 from ..analysis.validate import Validation, validate_scene
 from ..errors import InputError
 from ..report import sections
@@ -30,6 +29,7 @@ from .options import (
     check_tail,
     compose,
     dry_run,
+    resume,
     say,
     seed,
     workers,
@@ -69,12 +69,7 @@ _ON_TOP = (
     show_default=True,
     help="Measure the discretisation error: a dozen surfaces more for each scene.",
 )
-@click.option(
-    "--resume",
-    is_flag=True,
-    help="Go on with a run that was stopped, from DIR/unfinished: what is finished and still fits "
-    "(scene, seed, options, version) is not done again, and the report is the same.",
-)
+@resume
 @click.option(
     "--self-test",
     "check_again",
@@ -138,7 +133,7 @@ def validate_command(
             refined=refined,
             prepared=prepared[name],
             surface_paths=surface_paths,
-            stages=_stages(run, scene, seed, refined, surface_paths),
+            stages=run.of_scene(scene, seed=seed, refined=refined, surface_paths=surface_paths),
         )
         results.append(
             entry if brdf is None else validate_user_brdf.judge(entry, brdf, broken[name])
@@ -168,18 +163,6 @@ def validate_command(
         click.echo(f"unexpected: {line}", err=True)
     if unexpected:
         sys.exit(1)
-
-
-def _stages(run: Run, scene: Scene, seed: int, refined: bool, surface_paths: int | None) -> Stages:
-    """Where the finished stages of a scene are, by all that its figures depend on."""
-    file = scene.surface.file
-    return run.stages(
-        scene=scene.to_toml(),
-        file=None if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest(),
-        seed=seed,
-        refined=refined,
-        surface_paths=surface_paths,
-    )
 
 
 def _of_microsurf(

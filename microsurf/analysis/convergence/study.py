@@ -19,9 +19,9 @@ Differences are to the finest step and have 95 % intervals. An order of converge
 given only where `trend.order` finds the data to allow it. Nothing is extrapolated.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -38,6 +38,7 @@ from ...stats.convergence_order import difference, mean_of, order, part_and_whol
 from ...stats.variance_components import components_of
 from ...surface import surface_of
 from ...trace import measure
+from ..stages import Stages
 from .steps import EFFORTS, ConvergenceEffort, mesh_steps, own, ray_counts, tile_steps
 
 Row = dict[str, Any]
@@ -69,8 +70,11 @@ def converge(
     seed: int = 0,
     workers: int | None = None,
     progress: bool = False,
+    stages: Stages | None = None,
 ) -> Convergence:
     """Vary mesh, tile, realisations and rays of a scene.
+
+    ``stages``: where finished steps are kept and found; nowhere without it.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def converge(
         raise InputError(
             "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
         )
-    begin = time.perf_counter()
+    stages = stages or Stages()
     convergence = Convergence()
     counts = ray_counts(scene, effort)
     varied = scene.requires.roughness and scene.surface.file is None
@@ -106,12 +110,14 @@ def converge(
                 scene, surface=step, accuracy=scene.accuracy.with_paths(paths), expect={}
             )
             memory.require_lobes(step.realisations, scene.light.angles)
-            done[step] = _seen(measure(step_scene, seed=_seed(seed, k), workers=workers), places)
+            traced = partial(measure, step_scene, seed=_seed(seed, k), workers=workers)
+            done[step] = stages.done(f"step-{k}", partial(_seen, traced, places))
             bar.update()
         rays = []
         for k, count in enumerate(counts):
-            repeats = _repeat(scene, count, effort.repeats, (seed, _seed(seed, 100 + k)), workers)
-            rays.append((count, _seen(repeats, places)))
+            seeds_of = seed, _seed(seed, 100 + k)
+            repeats = partial(_repeat, scene, count, effort.repeats, seeds_of, workers)
+            rays.append((count, stages.done(f"rays-{k}", partial(_seen, repeats, places))))
             bar.update()
     for case in places:
         for study, steps in (("mesh", meshes), ("tile", tiles)):
@@ -123,7 +129,7 @@ def converge(
         convergence.left.append(_left(convergence, case, scene, at))
     for row in (*convergence.mesh, *convergence.tile, *convergence.realisations):
         row["paths"] = paths  # for each angle and surface
-    convergence.seconds = time.perf_counter() - begin
+    convergence.seconds = stages.seconds
     return convergence
 
 
@@ -179,8 +185,9 @@ def _repeat(
     return measure(step_scene, surfaces, seed=seeds[1], workers=workers)
 
 
-def _seen(dataset: xr.Dataset, places: list[_Place]) -> _Seen:
+def _seen(trace: Callable[[], xr.Dataset], places: list[_Place]) -> _Seen:
     """Each quantity on each realisation; the lobes, which are large, need not be kept."""
+    dataset = trace()
     return {
         case: (_of(albedos.quantity, dataset, case), _of(albedos.ray_error, dataset, case))
         for case in places

@@ -4,10 +4,12 @@ Time is that of the processor, of all threads together, so that a method that us
 is not cheaper for it. Of several angles it is the mean for one.
 """
 
+import hashlib
 import time
 import tracemalloc
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import TypeVar
 
@@ -19,6 +21,7 @@ from ... import memory, model, seeds
 from ...results import datasets, detector
 from ...scene import CORRELATIONS, Scene, Surface
 from ...trace import measure
+from ..stages import Stages
 from .effort import TradeoffEffort
 
 Array = NDArray[np.float64]
@@ -116,24 +119,40 @@ def mesh_of(scene: Scene, factor: float) -> Surface:
     return replace(scene.surface, cells=cells, correlation=max(length, CORRELATIONS[0]))
 
 
-def run_all(scene: Scene, methods: list[Method], seed: int, *, full: bool = True) -> Iterator[Run]:
+def run_all(
+    scene: Scene,
+    methods: list[Method],
+    seed: int,
+    *,
+    full: bool = True,
+    stages: Stages | None = None,
+) -> Iterator[Run]:
     """Run methods one after the other; those of the same surfaces share them.
 
-    ``full`` times evaluations and repeats, and measures memory, besides.
+    ``full`` times evaluations and repeats, and measures memory, besides. ``stages``: where
+    finished methods are kept and found; nowhere without it.
     """
+    stages = stages or Stages()
     traced: dict[tuple[Surface | None, int], Run] = {}
     for k, method in enumerate(methods):
         if method.model == "surface":
             key = method.surface, method.paths
             if key not in traced:
-                traced[key] = _surfaces(scene, method, _seed(seed, 100 + k))
+                work = partial(_surfaces, scene, method, _seed(seed, 100 + k))
+                traced[key] = stages.done(_stage(method), work)
             of_one = traced[key]
             seconds = tuple(method.averaged * s for s in of_one.seconds)
             yield replace(of_one, method=method, seconds=seconds)
         elif method.walks:
-            yield _walks(scene, method, _seed(seed, k), full=full)
+            work = partial(_walks, scene, method, _seed(seed, k), full=full)
+            yield stages.done(_stage(method), work)
         else:
-            yield _model(scene, method, full=full)
+            yield stages.done(_stage(method), partial(_model, scene, method, full=full))
+
+
+def _stage(method: Method) -> str:
+    """What the stage of a method is called."""
+    return f"method-{hashlib.sha256(repr(method).encode()).hexdigest()[:16]}"
 
 
 def draws_of(dataset: xr.Dataset, scene: Scene) -> dict[Place, Draws]:
@@ -183,7 +202,8 @@ def _seed(seed: int, *key: int) -> int:
     return seeds.derived(seed, seeds.METHODS, *key)
 
 
-def _timed(work: Callable[[], T]) -> tuple[T, float]:
+def timed(work: Callable[[], T]) -> tuple[T, float]:
+    """Do some work and say how many seconds of the processor it took."""
     begin = time.process_time()
     result = work()
     return result, time.process_time() - begin
@@ -206,11 +226,11 @@ def _model(scene: Scene, method: Method, *, full: bool) -> Run:
     size = 0
     if full:
         dataset, size = _weighed(predict)  # slows it down: not timed
-        times = [_timed(predict)[1]]
-        times += [_timed(predict)[1] for _ in range(2 if times[0] > 1 else 6)]
+        times = [timed(predict)[1]]
+        times += [timed(predict)[1] for _ in range(2 if times[0] > 1 else 6)]
     else:
-        dataset, first = _timed(predict)
-        times = [first] if first > 0.05 else [_timed(predict)[1] for _ in range(3)]
+        dataset, first = timed(predict)
+        times = [first] if first > 0.05 else [timed(predict)[1] for _ in range(3)]
     seconds = tuple(t / scene.light.angles for t in times)
     return Run(
         method, draws_of(dataset, scene), seconds, _evaluation(scene, method) if full else None,
@@ -226,7 +246,7 @@ def _walks(scene: Scene, method: Method, seed: int, *, full: bool) -> Run:
     size = _weighed(lambda: walk(0, method.walks))[1] if full else 0
     parts, times = [], []
     for k in range(method.draws):
-        dataset, seconds = _timed(lambda k=k: walk(k, method.walks))  # type: ignore[misc]
+        dataset, seconds = timed(lambda k=k: walk(k, method.walks))  # type: ignore[misc]
         parts.append(draws_of(dataset, scene))
         times.append(seconds / scene.light.angles)
     evaluation = _evaluation(scene, method) if full else None
@@ -237,7 +257,7 @@ def _surfaces(scene: Scene, method: Method, seed: int) -> Run:
     surface = method.surface or scene.surface
     parts, times = [], []
     for k in range(method.draws // _AT_A_TIME):
-        draws, seconds = _timed(
+        draws, seconds = timed(
             lambda k=k: trace_surfaces(scene, surface, method.paths, _AT_A_TIME, _seed(seed, k))  # type: ignore[misc]
         )
         parts.append(draws)
@@ -263,5 +283,5 @@ def _evaluation(scene: Scene, method: Method) -> float:
 
     if method.walks:
         model.evaluate_walk(one, directions[:1], o[:1], method.model, 2, rng)  # compiled
-    times = [_timed(evaluate)[1] for _ in range(3 if method.walks <= _MOST_WALKS else 1)]
+    times = [timed(evaluate)[1] for _ in range(3 if method.walks <= _MOST_WALKS else 1)]
     return float(np.median(times)) / pairs

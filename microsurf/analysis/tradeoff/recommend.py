@@ -6,14 +6,15 @@ tolerance with 95 % confidence. Nothing is extrapolated: what could not be decid
 so, with what deciding it would cost.
 """
 
-import time
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ...errors import InputError
 from ...scene import Scene
 from ..ablation import Effect, contributions
+from ..stages import Stages
 from . import pareto
 from .effort import EFFORTS, TradeoffEffort
 from .methods import Run, methods_of, run_all
@@ -72,6 +73,7 @@ def advise(
     seed: int = 0,
     effects: bool = True,
     progress: bool = False,
+    stages: Stages | None = None,
 ) -> Recommendation:
     """Find the cheapest method whose error of a quantity stays below a tolerance.
 
@@ -86,6 +88,8 @@ def advise(
         bins, root of the sum of squares).
     effects : bool
         Whether to measure what each effect contributes.
+    stages : Stages, optional
+        Where finished methods are kept and found; nowhere without it.
 
     Raises
     ------
@@ -95,16 +99,17 @@ def advise(
     """
     check(scene)
     _check(scene, tolerance, quantity)
-    begin = time.perf_counter()
+    stages = stages or Stages()
     methods = methods_of(scene, effort)
     tried: list[Judged] = []
     with bar(len(methods) + effort.surfaces, progress=progress) as shown:
         wanted = quantity, tolerance / SHARE
         few = replace(effort, surfaces=min(_FEW, effort.surfaces))
-        reference = refer(scene, few, seed, wanted=wanted, shown=shown)
+        reference = refer(scene, few, seed, wanted=wanted, shown=shown, stages=stages)
         skipped = [method.name for method in methods]
         for tier in sorted({method.tier for method in methods}):
-            for run in run_all(scene, [r for r in methods if r.tier == tier], seed, full=False):
+            of_tier = [method for method in methods if method.tier == tier]
+            for run in run_all(scene, of_tier, seed, full=False, stages=stages):
                 tried.append(_judge(run, reference, quantity, tolerance))
                 skipped.remove(run.method.name)
                 shown.update()
@@ -114,14 +119,16 @@ def advise(
             # Dearer tiers hold nothing cheaper than this one does.
             if _holds(tried):
                 break
-        effects_found = contributions(scene, quantity, seed=seed) if effects else []
+        effects_found: list[Effect] = []
+        if effects:
+            work = partial(contributions, scene, quantity, seed=seed)
+            effects_found = stages.done("effects", work)
         shown.update(shown.total - shown.n)
     tried.sort(key=lambda one: one.point.seconds)
     chosen = next((one for one in tried if one.verdict == "holds"), None)
     note = _note(reference, quantity, tolerance, tried, chosen)
-    seconds = time.perf_counter() - begin
     return Recommendation(
-        quantity, tolerance, chosen, tried, skipped, reference, effects_found, note, seconds
+        quantity, tolerance, chosen, tried, skipped, reference, effects_found, note, stages.seconds
     )
 
 

@@ -5,8 +5,8 @@ an error of its own that is in every interval. Errors of several angles and Kd: 
 counts. Costs are processor seconds for an angle.
 """
 
-import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,10 @@ from ... import seeds
 from ...errors import InputError
 from ...results import peak
 from ...scene import Scene, Surface
+from ..stages import Stages
 from . import pareto
 from .effort import EFFORTS, TradeoffEffort
-from .methods import Draws, Place, Run, joined, methods_of, run_all, trace_surfaces
+from .methods import Draws, Place, Run, joined, methods_of, run_all, timed, trace_surfaces
 from .pareto import MethodPoint, Squared
 
 Array = NDArray[np.float64]
@@ -87,8 +88,11 @@ def tradeoff(
     *,
     seed: int = 0,
     progress: bool = False,
+    stages: Stages | None = None,
 ) -> Tradeoff:
     """Run every method on a scene.
+
+    ``stages``: where finished methods are kept and found; nowhere without it.
 
     Raises
     ------
@@ -97,15 +101,15 @@ def tradeoff(
 
     """
     check(scene)
-    begin = time.perf_counter()
+    stages = stages or Stages()
     methods = methods_of(scene, effort)
     runs = []
     with bar(len(methods) + effort.surfaces, progress=progress) as shown:
-        reference = refer(scene, effort, seed, shown=shown)
-        for run in run_all(scene, methods, seed):
+        reference = refer(scene, effort, seed, shown=shown, stages=stages)
+        for run in run_all(scene, methods, seed, stages=stages):
             runs.append(run)
             shown.update()
-    return replace(judged(scene, reference, runs), seconds=time.perf_counter() - begin)
+    return replace(judged(scene, reference, runs), seconds=stages.seconds)
 
 
 def judged(scene: Scene, reference: ReferenceDraws, runs: list[Run]) -> Tradeoff:
@@ -156,6 +160,7 @@ def refer(
     *,
     wanted: tuple[str, float] | None = None,
     shown: "tqdm[None] | None" = None,
+    stages: Stages | None = None,
 ) -> ReferenceDraws:
     """Trace the reference; with ``wanted`` (quantity, half-width) as many surfaces as it takes.
 
@@ -168,16 +173,19 @@ def refer(
         # On a smaller tile: as many cells tell more of a finer mesh than of one surface.
         cells = round(max(surface.cells * effort.cells * effort.finer / 2, _LEAST_TILE * length))
         surface = replace(surface, cells=cells, correlation=length)
-    begin = time.process_time()
+    stages = stages or Stages()
+    seconds = 0.0
     parts: list[dict[Place, Draws]] = []
     count = effort.surfaces
     while True:
         batch = reference_seed(seed, len(parts))
-        parts.append(trace_surfaces(scene, surface, effort.paths, count, batch))
+        work = partial(trace_surfaces, scene, surface, effort.paths, count, batch)
+        traced, spent = stages.done(f"reference-{len(parts)}", partial(timed, work))
+        parts.append(traced)
+        seconds += spent
         if shown is not None:
             shown.update(count if len(parts) == 1 else 0)
         draws = joined(parts)
-        seconds = time.process_time() - begin
         reference = ReferenceDraws(draws, surface, effort.paths, seconds, scene.requires.roughness)
         reference = with_half_widths(scene, reference)
         if wanted is None or reference.half_width[wanted[0]] <= wanted[1]:
