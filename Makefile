@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration gridwalk frontiers bench clean
+.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers bench clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -33,6 +33,14 @@ calibration: $(READY)
 	$(BIN)/python -m validation.calibration.repeat
 	$(BIN)/python -m validation.calibration.known_defects
 	$(BIN)/python -m validation.calibration.brdf_fit
+
+# Goes on where it was stopped; an hour.
+coverage: $(READY)
+	$(BIN)/python -m validation.coverage.surfaces
+
+# Wants MICROSURF_DATA, see validation/circle/run.py.
+circle: $(READY)
+	$(BIN)/python -m validation.circle.run
 
 # Embree against a walk over the grid in float64: facets, albedos, leaks.
 gridwalk: $(READY)

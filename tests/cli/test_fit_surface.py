@@ -52,7 +52,13 @@ def test_figures_scene_and_picture(file, tmp_path):
 def test_level_and_voids_are_options(file):
     values = json.loads(run(file, "--json", "--level", "none", "--voids", "crop").stdout)
     assert (values["level"], values["voids"]["treatment"]) == ("none", "crop")
+    assert "correlation lengths across" in values["remarks"][0]
     assert values["voids"]["kept"] < 0.9
+
+
+def test_a_wide_surface_needs_no_remark(tmp_path):
+    write_surface(generate_surface(2.5, 0.3, cells=96, correlation=4, seed=82), tmp_path / "s.npz")
+    assert json.loads(run(tmp_path / "s.npz", "--json").stdout)["remarks"] == []
 
 
 @pytest.mark.parametrize(

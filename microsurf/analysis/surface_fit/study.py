@@ -26,6 +26,10 @@ MODELS = {"beckmann": 0.0, "ggx": 1.0}
 """η = 1/(γ−1) of the distributions that STD contains."""
 LEAST_CELLS = 32
 """A side, at the coarsest pixel that is fitted: four to each tile of the intervals."""
+LEAST_LENGTHS = 16
+"""Correlation lengths across a surface below which intervals are too narrow: its tiles, an eighth
+of a side, then know of each other. Of maps 11 and 6 lengths wide the intervals of γ held the
+truth in 10 and 9 of 13 (reports/coverage)."""
 HELD = 0.01
 """Share of STD's area that may be steeper than a mesh holds."""
 
@@ -176,6 +180,7 @@ def as_json(study: SurfaceStudy) -> dict[str, Any]:
         **height_parameters(h),
         "correlation_x": None if along_x is None else along_x * h.pixel[0],
         "correlation_y": None if along_y is None else along_y * h.pixel[1],
+        "remarks": _remarks(h, (along_x, along_y)),
         "voids": h.provenance.get("voids", {"share": 0.0, "treatment": "none"}),
         "level": h.provenance.get("level", "none"),
         "reader": h.provenance.get("reader", "microsurf"),
@@ -185,6 +190,18 @@ def as_json(study: SurfaceStudy) -> dict[str, Any]:
     plain = _plain(values)
     assert isinstance(plain, dict)  # noqa: S101 - for the type checker
     return plain
+
+
+def _remarks(h: Heightfield, lengths: tuple[float | None, float | None]) -> list[str]:
+    """What makes the intervals doubtful, for people."""
+    sides = zip(h.heights.shape[::-1], lengths, strict=True)
+    across = min(side / length if length else 0.0 for side, length in sides)
+    if across >= LEAST_LENGTHS:
+        return []
+    advice = f"take a surface of {LEAST_LENGTHS} or more, or fill voids instead of cropping"
+    return [
+        f"{across:.3g} correlation lengths across: its intervals may be too narrow; {advice}",
+    ]
 
 
 def _plain(value: Any) -> Any:

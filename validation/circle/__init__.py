@@ -1,0 +1,1 @@
+"""From a measured surface to a BRDF, and from a measured BRDF to a surface and back."""

@@ -1,0 +1,1 @@
+"""How often intervals of fits hold the truth, of surfaces and BRDFs made up like measured ones."""
