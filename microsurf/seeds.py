@@ -24,6 +24,8 @@ REFERENCES: Final = 5
 """Reference surfaces of a trade-off: (batch)."""
 MESH_WALKS: Final = 6
 """Walks with the slopes of a mesh: (angle, batch)."""
+SUBSTRATES: Final = 7
+"""White noise of a substrate under an interface, of whose seed it is: ()."""
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:

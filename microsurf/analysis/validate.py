@@ -11,6 +11,7 @@ from .. import invariants, model
 from ..model import registry
 from ..results import albedos
 from ..scene import Scene
+from ..scene.layers import refuse
 from ..surface import Heightfield, StdFit, surface_statistics, surfaces_of
 from ..trace import measure
 from . import comparison, omitted_effects
@@ -116,6 +117,7 @@ def validate_scene(
     ``surface_paths``: see `measure`. ``prepared``: what `prepare` gave, if it was asked.
     ``stages``: where finished stages are kept and found; nowhere without it.
     """
+    refuse(scene.layers, "validation")
     stages = stages or Stages()
     run: dict[str, Any] = {"seed": seed, "workers": workers, "progress": progress}
     surfaces = _Surfaces(scene, seed)

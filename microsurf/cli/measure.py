@@ -14,7 +14,8 @@ from ..errors import InputError, MicrosurfError
 from ..files import behind_links, check_writable
 from ..results import albedos, datasets, detector, uncertainty
 from ..scene import Scene
-from ..surface import FORMATS, endings_text, notes_on_file
+from ..scene.layers import refuse
+from ..surface import FORMATS, endings_text, layered_mesh, notes_on_file
 from ..trace import checkpoint, measure
 from ..trace.cluster import WorkerPool, connected
 from .options import (
@@ -100,6 +101,12 @@ def measure_command(
         parts = target.with_name(f"{target.name}.parts")
     elif resume:
         raise InputError("--resume: goes with --out FILE.nc, beside which the work items lie")
+    of_layers: dict[str, Any] = {}
+    if scene.layers is not None:
+        if dry_run:
+            refuse(scene.layers, "--dry-run")
+        # Surfaces that cross are refused before any work.
+        of_layers = {"layers": layered_mesh(scene, seed, 0).report()}
     surface_paths = None
     if dry_run or scene.accuracy.standard_error is not None:
         planned_run = planned(scene, seed, workers)
@@ -131,6 +138,7 @@ def measure_command(
         "paths_per_second": paths / measured.attrs["seconds"],
         "engine": measured.attrs["engine"],
         "embree_ratio": measured.attrs["embree_ratio"],
+        **of_layers,
         **stated,
     }
     errors = uncertainty.as_json(measured, scene)

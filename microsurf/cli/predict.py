@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..files import check_writable
 from ..results import albedos, datasets
 from ..scene import Scene
+from ..scene.layers import refuse
 from .models import ListsModels, ModelKey
 from .options import (
     INPUT,
@@ -61,6 +62,7 @@ def predict_command(
     if name != "flat":
         check_described(scene_file, given)
     scene = compose(scene_file, **given)
+    refuse(scene.layers, f"the model {name}")
     if scene.surface.file is not None and given["sigma"] is None and name != "flat":
         raise InputError(
             f"{scene_file}: its surface is {scene.surface.file}, of unknown roughness; give "

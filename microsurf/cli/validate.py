@@ -19,6 +19,7 @@ from ..report import sections
 from ..results import uncertainty
 from ..scene import Scene, expectation
 from ..scene.builtin import built_in_scenes
+from ..scene.layers import refuse
 from ..surface import StdFit
 from .options import (
     INPUT,
@@ -106,6 +107,7 @@ def validate_command(
         scenes = {name: scene for name, scene in scenes.items() if model.has_values(scene)}
     broken = {} if brdf is None else {k: model.examine(brdf, scene) for k, scene in scenes.items()}
     for scene in scenes.values():
+        refuse(scene.layers, "`microsurf validate`")
         check_tail(scene, allow_truncated_tail)
         memory.require_lobes(scene.surface.realisations, scene.light.angles)
     begin = time.perf_counter()

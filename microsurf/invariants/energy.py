@@ -84,9 +84,7 @@ def orders(measured: xr.Dataset, material: Material) -> Invariant:
         "all against arrived": np.abs(arrived - measured.arrived / measured.paths).max(),
     }
     for kd in material.kd:
-        weights = xr.DataArray(
-            datasets.body_weights(measured.sizes["body_events"], material.n, kd), dims="body_events"
-        )
+        weights = datasets.bin_weights(measured, material.n, kd)
         whole = (by_bins.sum("order") * weights).sum("body_events")
         parts = albedos.by_order(measured, material.n, kd).sum(("order", "kind"))
         gaps[f"orders and kinds against total, Kd = {kd:g}"] = np.abs(whole - parts).max()

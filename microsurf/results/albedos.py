@@ -63,9 +63,9 @@ def _batch_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.Data
 
 
 def _second_moment(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    weights = datasets.body_weights(dataset.sizes["body_events"], n, kd) ** 2
+    weights = datasets.bin_weights(dataset, n, kd) ** 2
     flux = datasets.hemispherical(dataset.flux)
-    squares: xr.DataArray = flux * flux.path_weight * xr.DataArray(weights, dims="body_events")
+    squares: xr.DataArray = flux * flux.path_weight * weights
     if name == "total":
         return squares.sum(("order", "body_events"))
     first = squares.sel(order=1, drop=True)

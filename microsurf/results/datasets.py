@@ -31,6 +31,9 @@ _MOST_PIPED = 2**31
 _LARGE = 4096
 """Numbers of a variable that is worth compressing."""
 
+SUBSTRATE_EVENTS = "substrate_events"
+"""Coordinate along body_events of results of two layers, see `layers`."""
+
 _DIMENSIONS = ("realisation", "theta_i", "phi_i", "order", "body_events", "theta_o", "phi_o")
 
 
@@ -81,13 +84,26 @@ def body_weights(events: int, n: float, kd: float) -> Array:
     return np.asarray(float(facet.body_weight(n, kd)) ** detector.BODY_EVENTS[:events])
 
 
+def bin_weights(data: xr.DataArray | xr.Dataset, n: float, kd: float) -> xr.DataArray:
+    """Weights of the bins of body events of a result, over its dimension body_events.
+
+    Body events of one surface weigh w, see `body_weights`. Results of two layers say how many
+    substrate events a bin stands for, and each weighs Kd.
+    """
+    if SUBSTRATE_EVENTS in data.coords:
+        weights = np.asarray(kd ** data[SUBSTRATE_EVENTS].values)
+    else:
+        weights = body_weights(data.sizes["body_events"], n, kd)
+    return xr.DataArray(weights, dims="body_events")
+
+
 def by_kind(flux: xr.DataArray, n: float, kd: float) -> xr.DataArray:
     """Apply a substrate's albedo Kd: dimension body_events becomes kind = specular | body."""
-    weights = body_weights(flux.sizes["body_events"], n, kd)
+    weights = bin_weights(flux, n, kd)
     specular = flux.isel(body_events=0, drop=True)
-    body = (
-        flux.isel(body_events=slice(1, None)) * xr.DataArray(weights[1:], dims="body_events")
-    ).sum("body_events")
+    body = (flux.isel(body_events=slice(1, None)) * weights.isel(body_events=slice(1, None))).sum(
+        "body_events"
+    )
     return xr.concat(
         [specular, body],
         xr.Variable("kind", list(detector.KINDS)),

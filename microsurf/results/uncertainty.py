@@ -29,7 +29,9 @@ from . import albedos, datasets, detector
 
 def lobe_ray_variance(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
     """Variance of an order-1 lobe's bins in each realisation from its rays alone."""
-    weight = 1.0 if kind == "specular" else float(datasets.body_weights(2, n, kd)[1])
+    weight = (
+        1.0 if kind == "specular" else float(datasets.bin_weights(dataset.flux, n, kd)[1:2].sum())
+    )
     return xr.DataArray(dataset.bin_variance.sel(kind=kind, drop=True) * weight**2)
 
 

@@ -4,6 +4,7 @@ from .accuracy import MOST_PATHS, Accuracy
 from .citation import Citation
 from .effects import Effects
 from .engines import ENGINES, Engine
+from .layers import Layers, Substrate
 from .light import Light
 from .material import MAX_INDEX, Material
 from .roughness import BECKMANN, Roughness
@@ -35,9 +36,11 @@ __all__ = [
     "Citation",
     "Effects",
     "Engine",
+    "Layers",
     "Light",
     "Material",
     "Roughness",
     "Scene",
+    "Substrate",
     "Surface",
 ]

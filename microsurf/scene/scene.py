@@ -1,17 +1,19 @@
 """One question to the tool: what is measured and predicted, in memory and in a file."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
 from ..errors import InputError
 from ..files import whole_file
+from . import layers as layering
 from . import notebook, toml, validators
 from .accuracy import Accuracy
 from .effects import Effects, Requirements
 from .expectation import Expectation
+from .layers import Layers
 from .light import Light
 from .material import Material
 from .roughness import Roughness
@@ -32,6 +34,7 @@ class Scene:
     light: Light = field(default_factory=Light)
     accuracy: Accuracy = field(default_factory=Accuracy)
     effects: Effects = field(default_factory=Effects)
+    layers: Layers | None = None
     expect: Mapping[str, Expectation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -39,6 +42,8 @@ class Scene:
             validators.require(
                 isinstance(getattr(self, name), str), name, getattr(self, name), "a text"
             )
+        if self.layers is not None:
+            layering.check(self.layers, self.material, self.surface, self.effects, self.accuracy)
         for quantity, expected in self.expect.items():
             if len(expected.verdict) not in (1, len(self.light.theta)):
                 raise InputError(
@@ -83,7 +88,7 @@ class Scene:
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a scene file; a relative ``surface.file`` is looked for beside it.
+        """Read a scene file; a relative ``file`` of a surface is looked for beside it.
 
         If the scene comes from a pipe, it is looked for in the working directory.
 
@@ -104,11 +109,19 @@ class Scene:
             scene = cls.from_toml(text)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
+        folder = path.parent if path.is_file() else Path()
+        return scene.with_files(lambda file: str(folder / file)), toml.tables_of(text)
+
+    def with_files(self, place: Callable[[str], str]) -> Self:
+        """The scene with other names for the files of its surfaces."""
+        scene = self
         if scene.surface.file is not None:
-            folder = path.parent if path.is_file() else Path()
-            file = str(folder / scene.surface.file)
-            scene = replace(scene, surface=replace(scene.surface, file=file))
-        return scene, toml.tables_of(text)
+            scene = replace(scene, surface=replace(scene.surface, file=place(scene.surface.file)))
+        if scene.layers is not None and scene.layers.substrate.file is not None:
+            substrate = scene.layers.substrate
+            under = replace(substrate, file=place(str(substrate.file)))
+            scene = replace(scene, layers=replace(scene.layers, substrate=under))
+        return scene
 
     def to_toml(self) -> str:
         """Give the text of a scene file; `from_toml` of it gives the same scene."""
@@ -117,8 +130,8 @@ class Scene:
     def write(self, path: str | Path) -> None:
         """Write a scene file, whole or not at all, that `read` makes the same scene of.
 
-        Lines that a file could leave out are marked as defaults. A relative ``surface.file`` is
-        named from the folder of the scene file.
+        Lines that a file could leave out are marked as defaults. A relative ``file`` of a surface
+        is named from the folder of the scene file.
 
         Raises
         ------
@@ -129,10 +142,7 @@ class Scene:
 
         """
         path = Path(path)
-        scene = self
-        if scene.surface.file is not None:
-            file = _seen_from(path.parent, scene.surface.file)
-            scene = replace(scene, surface=replace(scene.surface, file=file))
+        scene = self.with_files(lambda file: _seen_from(path.parent, file))
         text = toml.marked(scene.to_toml(), asdict(scene), asdict(Scene()))
         with whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")
@@ -144,13 +154,16 @@ class Scene:
     def requires(self) -> Requirements:
         """Which effects this scene needs; what is not needed is never run."""
         measured = self.surface.file is not None
+        isotropic = self.roughness.isotropic and (
+            self.layers is None or self.layers.substrate.isotropic
+        )
         return Requirements(
             interface=self.material.n > 1 or self.material.conductor,
             substrate=max(self.material.kd) > 0,
-            roughness=measured or self.roughness.sigma_x > 0,
-            anisotropy=measured or not self.roughness.isotropic,
+            roughness=measured or self.roughness.sigma_x > 0 or self.layers is not None,
+            anisotropy=measured or not isotropic,
             multiple_scattering=self.effects.multiple_scattering,
-            azimuth=measured or not self.roughness.isotropic or len(self.light.phi) > 1,
+            azimuth=measured or not isotropic or len(self.light.phi) > 1,
         )
 
 

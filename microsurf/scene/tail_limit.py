@@ -21,12 +21,22 @@ def tail_left_out(scene: Scene) -> str | None:
 
     Only a generated mesh has this border: a file is as it is, and σ = 0 is flat.
     """
-    gamma, sigma = scene.roughness.gamma, max(scene.roughness.sigma)
-    if scene.surface.file is not None or sigma == 0 or gamma >= LEAST_GAMMA:
+    rough, cells = scene.roughness, scene.surface.cells
+    if scene.surface.file is None:
+        said = _said("gamma", rough.gamma, max(rough.sigma), cells)
+        if said is not None:
+            return said
+    under = None if scene.layers is None else scene.layers.substrate
+    if under is None or under.gamma is None or under.sigma is None:
         return None
-    cells = scene.surface.cells
+    return _said("layers.substrate.gamma", under.gamma, max(under.sigma), cells)
+
+
+def _said(name: str, gamma: float, sigma: float, cells: int) -> str | None:
+    if sigma == 0 or gamma >= LEAST_GAMMA:
+        return None
     share = share_left_out(gamma, sigma, cells)
     return (
-        f"gamma = {gamma:g}: at least {share:.0%} of the surface's area is steeper than a mesh "
+        f"{name} = {gamma:g}: at least {share:.0%} of the surface's area is steeper than a mesh "
         f"of {cells}² cells can hold"
     )

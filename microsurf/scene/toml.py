@@ -15,6 +15,7 @@ from ..files import read_once
 from .accuracy import Accuracy
 from .effects import Effects
 from .expectation import QUANTITIES, Expectation
+from .layers import Layers, Substrate
 from .light import Light
 from .material import Material
 from .roughness import Roughness
@@ -46,13 +47,29 @@ def _section(kind: type, table: Any, where: str) -> Any:
     return kind(**table)
 
 
+def _layers(table: Any) -> Layers:
+    """Build two layers; without a substrate's table there is nothing to build them from."""
+    if isinstance(table, dict):
+        if "gap" not in table:
+            raise InputError("[layers] without a gap: give the cells between the mean planes")
+        if "substrate" not in table:
+            raise InputError(
+                "[layers] without [layers.substrate]: give its gamma and sigma, "
+                'or shape = "same" or "flat", or a file'
+            )
+        table = table | {"substrate": _section(Substrate, table["substrate"], "layers.substrate")}
+    return _section(Layers, table, "layers")  # type: ignore[no-any-return]
+
+
 def values_of(document: Mapping[str, Any]) -> dict[str, Any]:
     """Build the parts of a scene, by their names in `Scene`, from the tables of a scene file."""
     values: dict[str, Any] = {}
     for key, table in document.items():
-        _known(key, [*_SECTIONS, "title", "rationale", "expect"], "the scene")
+        _known(key, [*_SECTIONS, "layers", "title", "rationale", "expect"], "the scene")
         if key in _SECTIONS:
             values[key] = _section(_SECTIONS[key], table, key)
+        elif key == "layers":
+            values[key] = _layers(table)
         elif key == "expect":
             if not isinstance(table, dict):
                 raise InputError(f"expect = {table!r}: must hold tables such as [expect.specular]")

@@ -6,6 +6,7 @@ from .fit import StdFit, fit_std
 from .formats import FORMATS, Format, endings_text, read_endings, write_endings
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
 from .io import read_surface, write_surface
+from .layers import LayeredMesh, layered_mesh, substrate_digest
 from .measured import from_array
 from .readers.height_map import HeightMap
 from .realisations import (
@@ -25,6 +26,7 @@ __all__ = [
     "Format",
     "HeightMap",
     "Heightfield",
+    "LayeredMesh",
     "Mesh",
     "StdFit",
     "endings_text",
@@ -34,6 +36,7 @@ __all__ = [
     "from_array",
     "from_recipe",
     "generate_surface",
+    "layered_mesh",
     "level",
     "mesh",
     "notes_on_file",
@@ -42,6 +45,7 @@ __all__ = [
     "read_surface",
     "realisation_seed",
     "square_spacing",
+    "substrate_digest",
     "surface_of",
     "surface_statistics",
     "surfaces_of",

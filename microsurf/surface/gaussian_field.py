@@ -47,15 +47,12 @@ def inverse_lengths(
     return xx, yy, float(xy)
 
 
-def gaussian_field(
-    shape: tuple[int, int],
-    correlation: float,
-    ratio_x: float,
-    ratio_y: float,
-    rng: np.random.Generator,
-) -> Array:
-    """Periodic Gaussian field with the autocorrelation of `inverse_lengths`, any variance."""
-    rows, columns = shape
+def gaussian_field(white: Array, correlation: float, ratio_x: float, ratio_y: float) -> Array:
+    """Periodic Gaussian field with the autocorrelation of `inverse_lengths`, any variance.
+
+    Made of white noise, shape (rows, columns): noises that are correlated make fields that are.
+    """
+    rows, columns = white.shape
     xx, yy, xy = inverse_lengths(correlation, ratio_x, ratio_y)
     determinant = xx * yy - xy**2
     kx = 2 * np.pi * fft.rfftfreq(columns)
@@ -75,6 +72,6 @@ def gaussian_field(
         for i, j in ((i, j) for i in reach for j in reach if (i, j) != (0, 0)):
             power += np.exp(log_power(kx + 2 * np.pi * i, ky + 2 * np.pi * j) - top)
         power[0, 0] = 0.0
-    noise = fft.rfft2(rng.standard_normal(shape), workers=memory.cores())
+    noise = fft.rfft2(white, workers=memory.cores())
     noise *= np.sqrt(power)
-    return np.asarray(fft.irfft2(noise, shape, workers=memory.cores()))
+    return np.asarray(fft.irfft2(noise, white.shape, workers=memory.cores()))

@@ -113,18 +113,12 @@ def generate_surface(
         f"a whole number ≥ 1, and {MAX_CELLS} cells a side at most",
     )  # fmt: skip
     spacing = check_spacing(spacing)
-    heights, best = np.zeros(shape), 0
-    if sigma > 0:
-        # σ's size is a factor of the heights; only the ratio takes part.
-        size = float(np.sqrt(sigma) * np.sqrt(sigma_y))
-        ratio_x, ratio_y = sigma / size, sigma_y / size
-        drawn = (finer * shape[0], finer * shape[1])
-        rng = np.random.default_rng(seed)
-        field = gaussian_field(drawn, finer * correlation, ratio_x, ratio_y, rng)
-        field = np.ascontiguousarray(field[::finer, ::finer])
-        field = impose(field, gamma, structure)
-        heights, best = _alternate(field, gamma, ratio_x, ratio_y, iterations)
-        heights *= size * spacing
+    drawn = (finer * shape[0], finer * shape[1])
+    white = np.random.default_rng(seed).standard_normal(drawn) if sigma > 0 else np.zeros(drawn)
+    heights, best = heights_of(
+        white, gamma, (sigma, sigma_y), correlation, structure,
+        spacing=spacing, iterations=iterations, finer=finer,
+    )  # fmt: skip
     recipe: dict[str, Any] = {
         "gamma": float(gamma) if np.isfinite(gamma) else "inf",  # JSON has no infinity
         "sigma_x": float(sigma),
@@ -139,6 +133,34 @@ def generate_surface(
         "microsurf": __version__,
     }
     return Heightfield(heights, spacing, "periodic", recipe)
+
+
+def heights_of(
+    white: Array,
+    gamma: float,
+    sigma: tuple[float, float],
+    correlation: float,
+    structure: str,
+    *,
+    spacing: float = 1.0,
+    iterations: int = ITERATIONS,
+    finer: int = 1,
+) -> tuple[Array, int]:
+    """Heights whose facets follow STD, from white noise, and the iterations they took.
+
+    Arguments as of `generate_surface`; ``white`` has ``finer`` times as many rows and columns.
+    """
+    if sigma[0] == 0:
+        return np.zeros((white.shape[0] // finer, white.shape[1] // finer)), 0
+    # σ's size is a factor of the heights; only the ratio takes part.
+    size = float(np.sqrt(sigma[0]) * np.sqrt(sigma[1]))
+    ratio_x, ratio_y = sigma[0] / size, sigma[1] / size
+    field = gaussian_field(white, finer * correlation, ratio_x, ratio_y)
+    field = np.ascontiguousarray(field[::finer, ::finer])
+    field = impose(field, gamma, structure)
+    heights, best = _alternate(field, gamma, ratio_x, ratio_y, iterations)
+    heights *= size * spacing
+    return heights, best
 
 
 def from_recipe(recipe: Mapping[str, Any]) -> Heightfield:

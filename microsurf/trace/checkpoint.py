@@ -23,6 +23,7 @@ from .. import __version__
 from ..errors import InputError, MicrosurfError
 from ..files import whole_file
 from ..scene import Scene
+from ..surface import substrate_digest
 from .engine import engine_of
 from .scheduler import Stream
 from .wavefront import Tally
@@ -68,6 +69,7 @@ class Checkpoint:
             "seed": seed,
             "scene": scene.to_toml(),
             "engine": engine_of(scene),
+            "substrate": substrate_digest(scene),
             "surfaces": None
             if realisations is None
             else [realisation.name for realisation in realisations],

@@ -14,10 +14,11 @@ import numpy as np
 from ..errors import InputError
 from ..scene import ENGINES, Scene
 from ..surface import Mesh
-from . import exact, wavefront
+from . import exact, layers, wavefront
 from .embree import EmbreeTile
 from .exact import exact_tile
 from .grid import from_heights
+from .layers import LayeredTile
 from .plane import Plane
 from .wavefront import FacetOptics, Tally
 
@@ -67,7 +68,7 @@ EMBREE = Tracer(
 
 def engine_of(scene: Scene) -> str:
     """Name of the engine that traces a scene."""
-    return scene.accuracy.engine or AUTO
+    return scene.accuracy.engine or (AUTO if scene.layers is None else "exact")
 
 
 def tracer_of(engine: str) -> Tracer:
@@ -113,6 +114,10 @@ def trace(
     azimuth: float | None = None,
 ) -> Tally:
     """Follow paths with the engine the tile was made for, see `wavefront.trace`."""
+    if isinstance(tile, LayeredTile):
+        return layers.trace(
+            tile, theta, phi, facet, paths, rng, part=part, parts=parts, azimuth=azimuth
+        )
     return tracer_of(tile.engine).trace(
         tile, theta, phi, facet, paths, rng, part=part, parts=parts, azimuth=azimuth
     )

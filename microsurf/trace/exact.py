@@ -67,11 +67,19 @@ class ExactTile(NamedTuple):
 
 
 def exact_tile(
-    heights: NDArray[np.float64], flipped: NDArray[np.bool_], aspect: float = 1.0
+    heights: NDArray[np.float64],
+    flipped: NDArray[np.bool_],
+    aspect: float = 1.0,
+    *,
+    precise: bool = False,
 ) -> ExactTile:
-    """Prepare one period of heights in cells, shape (rows, columns), see `surface.mesh`."""
+    """Prepare one period of heights in cells, shape (rows, columns), see `surface.mesh`.
+
+    With ``precise`` heights are float64 in any case: two surfaces may be close to each other.
+    """
     rows, columns = heights.shape
-    kind = np.float32 if np.abs(heights).max() <= FINE else np.float64
+    small = np.abs(heights).max() <= FINE and not precise
+    kind = np.float32 if small else np.float64
     vertices = np.pad(heights.astype(kind), (0, 1), mode="wrap")
     cells = np.maximum(vertices[:-1], vertices[1:])
     tops = np.ascontiguousarray(np.maximum(cells[:, :-1], cells[:, 1:]))

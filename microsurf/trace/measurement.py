@@ -111,7 +111,7 @@ def measure(
     pool = executor or ThreadPoolExecutor(workers)
     spans: list[tuple[float, float]] = []
     try:
-        work_items.compiled(engine_of(scene))
+        work_items.compiled(engine_of(scene), layered=scene.layers is not None)
         with bar:
             for done in _work(pool, scheduler, store, 2 * workers):
                 now = time.perf_counter()

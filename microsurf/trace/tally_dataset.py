@@ -10,6 +10,7 @@ from .. import __version__
 from ..results import datasets, detector
 from ..scene import Scene
 from .kernels.state import BATCHES, ENDS, LOST
+from .layers_dataset import with_layers
 from .wavefront import FacetOptics, Tally
 
 Array = NDArray[np.float64]
@@ -85,6 +86,8 @@ def to_dataset(
         {"long_name": "light that arrived from each batch", "units": "light rays"},
     )
     measured["batch_light"] = ((*dims, "batch"), batch_light, {"units": "light rays"})
+    if len(tallies[0][0].inside):
+        measured = with_layers(measured, tallies, facet)
     return measured.assign_coords(
         cause=list(ENDS), lost=("cause", [c in LOST for c in ENDS]), kind=list(detector.KINDS)
     )

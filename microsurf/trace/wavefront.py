@@ -4,7 +4,7 @@ Everything random about a path comes from the generator that is passed in.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -94,6 +94,8 @@ class Tally:
         on, and those that fell through an edge of the mesh and were sent again.
     seconds : ndarray, shape (2,)
         What tracing took, and what of it passed inside Embree.
+    inside : ndarray, shape (rows, body_events)
+        Of two layers: the table of `kernels.exact_layers`; without rows for one surface.
 
     """
 
@@ -105,6 +107,7 @@ class Tally:
     lost: NDArray[np.int64]
     counts: NDArray[np.int64]
     seconds: NDArray[np.float64]
+    inside: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 1)))
 
     @property
     def light(self) -> int:
@@ -152,6 +155,7 @@ class Tally:
             self.lost + other.lost,
             self.counts + other.counts,
             self.seconds + other.seconds,
+            padded(self.inside, 1) + padded(other.inside, 1),
         )
 
 

@@ -14,9 +14,10 @@ import numpy as np
 from .. import memory, seeds
 from ..physics.facet import body_weight
 from ..scene import Scene
-from ..surface import Heightfield, mesh, surface_of
+from ..surface import Heightfield, layered_mesh, mesh, surface_of
 from . import engine
 from .engine import AnyTile
+from .layers import flat_layers, layered_tile
 from .wavefront import FacetOptics, Tally
 
 PATHS_PER_ITEM = 131_072
@@ -43,11 +44,18 @@ class Realisation:
             digest.update(repr((self.given.heights.shape, self.given.spacing)).encode())
             digest.update(repr((self.given.boundary, self.given.recipe)).encode())
             digest.update(np.ascontiguousarray(self.given.heights).tobytes())
+        if self.scene.layers is not None:
+            digest.update(repr((self.scene.layers, self.seed, self.number)).encode())
         return digest.hexdigest()
 
     def tile(self) -> AnyTile:
         """Make the surface and what rays meet of it; a flat scene has no mesh."""
         name = engine.engine_of(self.scene)
+        if self.scene.layers is not None:
+            pair = layered_mesh(self.scene, self.seed, self.number, self.given)
+            size = 2 * pair.interface.heights.size
+            memory.require(size, memory.TRACE_BYTES_PER_CELL, "surface")
+            return layered_tile(pair, self.scene.layers.absorption)
         if self.given is None and not self.scene.requires.roughness:
             return engine.plane(name)
         surface = self.given or surface_of(self.scene, self.seed, self.number)
@@ -88,16 +96,19 @@ def facet_optics(scene: Scene) -> FacetOptics:
         needs.interface,
         needs.substrate,
         needs.multiple_scattering,
-        survival=float(body_weight(material.n, max(material.kd))),
+        survival=max(material.kd)
+        if scene.layers is not None
+        else float(body_weight(material.n, max(material.kd))),
         k=material.k,
     )
 
 
 @functools.cache
-def compiled(name: str) -> None:
+def compiled(name: str, *, layered: bool = False) -> None:
     """Compile an engine, once a process, before any clock runs."""
     facet = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
-    engine.trace(engine.plane(name), 0.0, 0.0, facet, 1, np.random.default_rng(0))
+    tile = flat_layers(2, 1.0) if layered else engine.plane(name)
+    engine.trace(tile, 0.0, 0.0, facet, 1, np.random.default_rng(0))
 
 
 _building = threading.Lock()
@@ -123,7 +134,7 @@ def forget() -> None:
 def run(item: WorkItem) -> Tally:
     """Do the work."""
     scene = item.realisation.scene
-    compiled(engine.engine_of(scene))
+    compiled(engine.engine_of(scene), layered=scene.layers is not None)
     return engine.trace(
         _tile(item),
         item.theta,

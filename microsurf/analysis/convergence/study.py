@@ -34,6 +34,7 @@ from ... import memory, seeds
 from ...errors import InputError
 from ...results import albedos
 from ...scene import Scene, Surface
+from ...scene.layers import refuse
 from ...stats.convergence_order import difference, mean_of, order, part_and_whole, power
 from ...stats.variance_components import components_of
 from ...surface import surface_of
@@ -82,6 +83,7 @@ def converge(
         As `measure`, or if the scene reflects nothing.
 
     """
+    refuse(scene.layers, "the study of convergence")
     places = list(_places(scene))
     if not places:
         raise InputError(

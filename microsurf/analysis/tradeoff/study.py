@@ -16,6 +16,7 @@ from ... import seeds
 from ...errors import InputError
 from ...results import peak
 from ...scene import Scene, Surface
+from ...scene.layers import refuse
 from ..stages import Stages
 from . import pareto
 from .effort import EFFORTS, TradeoffEffort
@@ -125,6 +126,7 @@ def judged(scene: Scene, reference: ReferenceDraws, runs: list[Run]) -> Tradeoff
 
 def check(scene: Scene) -> None:
     """Refuse what the trade-off is not for."""
+    refuse(scene.layers, "the trade-off of methods")
     if not (scene.requires.interface or scene.requires.substrate):
         raise InputError(
             "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"

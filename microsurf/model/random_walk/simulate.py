@@ -17,6 +17,7 @@ from ... import memory, seeds
 from ...errors import InputError
 from ...results import detector
 from ...scene import Scene
+from ...scene.layers import refuse
 from ..directions import direction
 from ..prediction import Attributes, prediction
 from ..registry import walk_of
@@ -70,9 +71,10 @@ def walk(
     Raises
     ------
     InputError
-        If the kind is unknown or ``walks`` is not positive.
+        If the kind is unknown, ``walks`` is not positive, or the scene has two layers.
 
     """
+    refuse(scene.layers, f"the model {kind}")
     run = walk_of(kind).simulate
     walks = scene.accuracy.paths if walks is None else walks
     if walks < 1:

@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...physics import facet
 from ...results import detector
 from ...scene import Scene
+from ...scene.layers import refuse
 from ..directions import checked
 from ..prediction import Attributes, prediction
 from ..registry import entry_of, order_one
@@ -41,9 +42,10 @@ def predict(scene: Scene, model: str = "smith") -> xr.Dataset:
     Raises
     ------
     InputError
-        If the model's name is unknown.
+        If the model's name is unknown, or the scene has two layers.
 
     """
+    refuse(scene.layers, f"the model {model}")
     begin = time.perf_counter()
     facets = _facets(scene, model)
     thetas, phis = scene.light.theta, scene.light.phi

@@ -11,6 +11,7 @@ from ...errors import InputError
 from ...physics import facet
 from ...results import detector
 from ...scene import Scene
+from ...scene.layers import refuse
 from ..directions import direction
 from ..prediction import prediction
 from .bin_integrals import integrate
@@ -39,9 +40,10 @@ def predict_user_brdf(brdf: UserBrdf, scene: Scene) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the values are no BRDF's, or can't be integrated to 2 %.
+        If the values are no BRDF's, can't be integrated to 2 %, or the scene has two layers.
 
     """
+    refuse(scene.layers, f"the user BRDF {brdf.name}")
     begin = time.perf_counter()
     thetas, phis = scene.light.theta, scene.light.phi
     flux = np.zeros((1, len(thetas), len(phis), 1, 2, detector.RINGS, detector.SECTORS))

@@ -18,7 +18,7 @@ def first_facets(tile, origins, directions, facet, point):
         dx, dy, dz = sideways(directions[r, 0]), sideways(directions[r, 1]), directions[r, 2]
         ix, iy = int(np.floor(x)), int(np.floor(y))
         cx, cy = ix % tile.columns, iy % tile.rows
-        side, cx, cy, fx, fy, _, _, height = walk(
+        side, cx, cy, fx, fy, _, _, height, _ = walk(
             tile, x - (ix - cx), y - (iy - cy), z, dx, dy, dz, 0.0, cx, cy, -1
         )
         facet[r] = -1 if side < 0 else 2 * (cy * tile.columns + cx) + side

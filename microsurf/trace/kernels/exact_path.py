@@ -103,7 +103,7 @@ def trace_light(
         order = 0
         while True:
             traced += 1
-            side, cx, cy, fx, fy, p, q, z = walk(tile, x, y, z, ox, oy, oz, t, cx, cy, side)
+            side, cx, cy, fx, fy, p, q, z, _ = walk(tile, x, y, z, ox, oy, oz, t, cx, cy, side)
             if side < 0:
                 arrive(tallies, ox, oy, oz, weight, order, 0, batch, bins)
                 break
@@ -182,7 +182,7 @@ def trace_light(
         while True:
             traced += 1
             ox, oy = sideways(ox), sideways(oy)
-            side, cx, cy, fx, fy, p, q, z = walk(tile, x, y, z, ox, oy, oz, 0.0, cx, cy, side)
+            side, cx, cy, fx, fy, p, q, z, _ = walk(tile, x, y, z, ox, oy, oz, 0.0, cx, cy, side)
             if side < 0:
                 arrive(tallies, ox, oy, oz, weight, order, body, batch, bins)
                 break

@@ -87,7 +87,7 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
     is the side of that cell whose facet the ray leaves, −1 for none.
 
     Returns the side that was met, −1 if the ray is out; its cell; the place in it; slopes p, q
-    of the facet and the height of the point.
+    of the facet, the height of the point, and t there.
     """
     dy *= tile.aspect
     step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
@@ -209,4 +209,4 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
                 cy = 0
             elif cy < 0:
                 cy = tile.rows - 1
-    return met, cx, cy, fx, fy, p, q * tile.aspect, height
+    return met, cx, cy, fx, fy, p, q * tile.aspect, height, t
