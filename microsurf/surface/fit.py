@@ -127,7 +127,7 @@ def fit_std(h: Heightfield) -> StdFit:
         facets=sloping[0].size // 2,
         effective_facets=float(effective / 2),
         flat=flat,
-        pixel=math.sqrt(dx) * math.sqrt(dy),
+        pixel=dx if dx == dy else math.sqrt(dx) * math.sqrt(dy),
         shortest=2 * max(dx, dy),
         longest=max(n * d for n, d in zip(h.heights.shape, (dy, dx), strict=True)),
     )

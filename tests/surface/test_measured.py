@@ -31,9 +31,9 @@ def measured(name, spacing):
 @pytest.mark.parametrize(
     ("name", "spacing", "gamma", "sigma", "ks"),
     [
-        ("di-4", 0.0195, 3.25, 0.132, 0.004),
+        ("di-4", 0.0195, 3.25, 0.132, 0.006),
         ("di-3", 0.039, 2.57, 0.124, 0.022),
-        ("al3d-1", 0.438, 6.1, 0.080, 0.012),  # 200 × 296: rectangular
+        ("al3d-1", 0.438, 6.1, 0.080, 0.013),  # 200 × 296: rectangular
         ("example_ps", 0.00195, 11.7, 0.367, 0.006),
     ],
 )
