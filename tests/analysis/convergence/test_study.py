@@ -225,7 +225,7 @@ def test_pictures_of_what_does_not_vary_say_so(run):
     assert run("absent.toml")[0] == 2
 
 
-def test_a_failed_write_leaves_nothing(run, monkeypatch):
+def test_a_failed_write_leaves_what_resume_takes_up_and_nothing_else(run, monkeypatch):
     Path("my.toml").write_text(TOML)
 
     def full(*_args, **_kwargs):
@@ -234,4 +234,7 @@ def test_a_failed_write_leaves_nothing(run, monkeypatch):
     monkeypatch.setattr("microsurf.cli.save.as_csv", full)
     code, out, err = run("my.toml", "--out", "o")
     assert (code, out, err.count("\n")) == (3, "", 1)
-    assert list(Path("o").iterdir()) == []
+    assert [path.name for path in Path("o").iterdir()] == ["unfinished"]
+    monkeypatch.undo()
+    assert run("my.toml", "--out", "o", "--resume")[0] == 0
+    assert not Path("o/unfinished").exists()

@@ -51,7 +51,7 @@ def test_figure_has_a_pair_of_panels_for_each_law_and_marks_what_is_short():
 def test_section_holds_all_that_was_found():
     made = stability_section.section(found(), "Checked long ago.")
     assert [table.caption.split(",")[0] for table in made.tables] == [
-        "Laws and samplers", "Borders of meshes and traces",
+        "Formulas and samplers", "Borders of meshes and traces",
     ]  # fmt: skip
     assert [picture.name for picture in made.pictures] == ["stability-facet"]
     assert "1 of\n7 values" in made.text
