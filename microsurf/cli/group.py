@@ -5,6 +5,7 @@ import click
 from .. import __version__
 from .advise import advise_command
 from .convergence import convergence_command
+from .export import export_command
 from .fit import fit_command
 from .measure import measure_command
 from .plot import plot_command
@@ -35,5 +36,6 @@ for _command in (
     advise_command,
     plot_command,
     fit_command,
+    export_command,
 ):
     cli.add_command(_command)

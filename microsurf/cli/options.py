@@ -70,6 +70,7 @@ def together(*options: Callable[..., Any]) -> Callable[..., Any]:
     return decorate
 
 
+wavelengths = _many("--wavelengths", "Wavelengths of several Kd in nm, ascending.")
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout.")
 seed = click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
 workers = click.option(

@@ -44,6 +44,13 @@ def read(path: Path) -> MeasuredBrdf:
     return MeasuredBrdf(theta_i, phi_i, theta_o, phi_o, values, ("R", "G", "B"))
 
 
+def write(values: np.ndarray, path: Path) -> None:
+    """Write values in sr⁻¹, shape (cells, 3), as `angles`; NaN is below the horizon."""
+    table = np.where(np.isnan(values), -1.0, values / SCALES).T
+    with path.open("wb") as stream:
+        stream.write(np.array(SHAPE, "<i4").tobytes() + table.astype("<f8").tobytes())
+
+
 def angles() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """θ_i, φ_i, θ_o and φ_o of all cells in the order of the file, shape (cells,) each."""
     h, d, p = ((np.arange(n) + 0.5) / n for n in SHAPE)

@@ -5,6 +5,7 @@ name, dimensions, type, offset and shape; little-endian (Dupuy and Jakob 2018, r
 """
 
 import struct
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -74,3 +75,20 @@ def _head(stream: IO[bytes]) -> tuple[str, np.dtype[Any], int, tuple[int, ...]]:
     if dimensions > _MOST_DIMENSIONS or code not in TYPES:
         raise InputError(f"field {name!r}: {dimensions} dimensions of type {code}; damaged")
     return name, np.dtype(TYPES[code]), offset, _unpack(stream, f"<{dimensions}Q")
+
+
+def write_tensors(path: Path, fields: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays by name, so that `read_tensors` gives them back."""
+    codes = {np.dtype(name): code for code, name in TYPES.items()}
+    names = {name: name.encode("ascii") for name in fields}
+    offset = len(MAGIC) + 4
+    offset += sum(13 + len(names[name]) + 8 * array.ndim for name, array in fields.items())
+    with path.open("wb") as stream:
+        stream.write(MAGIC + struct.pack("<I", len(fields)))
+        for name, array in fields.items():
+            stream.write(struct.pack("<H", len(names[name])) + names[name])
+            stream.write(struct.pack("<HBQ", array.ndim, codes[array.dtype], offset))
+            stream.write(struct.pack(f"<{array.ndim}Q", *array.shape))
+            offset += array.nbytes
+        for array in fields.values():
+            stream.write(array.tobytes())
