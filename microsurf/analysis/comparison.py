@@ -149,9 +149,9 @@ def compare(
         expectation = scene.expect.get(name, _DEFAULT)
         theory = all_orders if name == "total" and all_orders is not None else predicted
         for kd in scene.material.kd:
-            of = [albedos.quantity(d, name, scene.material.n, kd) for d in (measured, theory)]
+            of = [d.microsurf.albedo(**albedos.SELECTED[name], kd=kd) for d in (measured, theory)]
             noise, sampling = (
-                albedos.ray_error(d, name, scene.material.n, kd) for d in (measured, theory)
+                d.microsurf.ray_error(**albedos.SELECTED[name], kd=kd) for d in (measured, theory)
             )
             for t, theta in enumerate(scene.light.theta):
                 for p, phi in enumerate(scene.light.phi):

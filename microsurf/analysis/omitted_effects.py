@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..results import albedos
 from ..scene import Effects, Scene
 from ..stats import intervals
 from ..surface import Heightfield
@@ -39,11 +38,10 @@ def cost(
         return []
     whole = replace(scene, effects=Effects(), expect={})
     complete = measure(whole, surfaces, seed=seed, workers=workers, progress=progress)
-    n = scene.material.n
     rows = []
     for kd in scene.material.kd:
-        both = [albedos.quantity(d, "total", n, kd).values for d in (measured, complete)]
-        noise = [albedos.ray_error(d, "total", n, kd).values for d in (measured, complete)]
+        both = [d.microsurf.albedo(kd=kd).values for d in (measured, complete)]
+        noise = [d.microsurf.ray_error(kd=kd).values for d in (measured, complete)]
         places = product(enumerate(scene.light.theta), enumerate(scene.light.phi))
         for (t, theta), (p, phi) in places:
             part, all_of_it = (values[:, t, p] for values in both)

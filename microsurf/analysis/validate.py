@@ -264,7 +264,6 @@ def _models(scene: Scene) -> tuple[str, ...]:
 
 def as_json(entry: Validation) -> dict[str, Any]:
     """The figures of one scene for report.json."""
-    material = entry.scene.material
     return {
         "name": entry.name,
         "title": entry.scene.title,
@@ -272,7 +271,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "broken": entry.broken,
         "invariants": invariants.as_rows(entry.invariants),
         "measured": {
-            **albedos.figures(entry.measured, material.n, material.kd),
+            **albedos.figures(entry.measured),
             **albedos.losses(entry.measured),
             "paths": int(entry.measured.paths.sum()),
             "rays": int(entry.measured.attrs["rays"]),
@@ -280,8 +279,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
             "embree_ratio": entry.measured.attrs["embree_ratio"],
         },
         "predicted": {
-            key: albedos.figures(prediction, material.n, material.kd)
-            for key, prediction in entry.predicted.items()
+            key: albedos.figures(prediction) for key, prediction in entry.predicted.items()
         },
         "surface": entry.statistics,
         "fit": None if entry.fit is None else fit_as_json(entry.fit),

@@ -127,7 +127,7 @@ def measure_command(
         )
     paths = float(measured.paths.sum())
     values = {
-        **albedos.figures(measured, scene.material.n, scene.material.kd),
+        **albedos.figures(measured),
         **albedos.losses(measured),
         "paths": int(paths),
         "light_rays": int(measured.light_rays.sum()),
@@ -192,15 +192,14 @@ def _save(measured: xr.Dataset, out: Path, parts: Path) -> None:
 
 def _reached(measured: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """What a run that was asked for an error came to; lists as in `albedos.figures`."""
-    n, kds = scene.material.n, scene.material.kd
 
     def lobes(kd: float) -> list[float]:
         """Greater error of both lobes at each angle."""
-        kinds = [uncertainty.lobe_error(measured, kind, n, kd) for kind in detector.KINDS]
+        kinds = [measured.microsurf.lobe_error(kind, kd=kd) for kind in detector.KINDS]
         return list(np.max([errors.values.ravel() for errors in kinds], axis=0).tolist())
 
     paths = measured.paths.sum("realisation").values.ravel()
-    by_angle = list(zip(*map(lobes, kds), strict=True))
+    by_angle = list(zip(*map(lobes, scene.material.kd), strict=True))
     return {
         "lobe_error": _listed([_listed(list(row)) for row in by_angle]),
         "realisations": measured.sizes["realisation"],

@@ -91,7 +91,7 @@ def predict_command(
     seconds = time.perf_counter() - begin
     values = {
         "model": name,
-        **albedos.figures(predicted, scene.material.n, scene.material.kd),
+        **albedos.figures(predicted),
         "lost": albedos.losses(predicted)["lost"] if name in model.all_orders() else 0.0,
         "seconds": seconds,
     }

@@ -86,7 +86,7 @@ def orders(measured: xr.Dataset, material: Material) -> Invariant:
     for kd in material.kd:
         weights = datasets.bin_weights(measured, material.n, kd)
         whole = (by_bins.sum("order") * weights).sum("body_events")
-        parts = albedos.by_order(measured, material.n, kd).sum(("order", "kind"))
+        parts = measured.microsurf.albedo_by_order(kd=kd).sum(("order", "kind"))
         gaps[f"orders and kinds against total, Kd = {kd:g}"] = np.abs(whole - parts).max()
     figures = {name: float(gap) for name, gap in gaps.items()}
     return Invariant(
@@ -120,7 +120,7 @@ def no_light_of_its_own(
     """No albedo is above 1."""
     kd = max(material.kd)
     figures = {
-        name: float(albedos.quantity(lobes, "total", material.n, kd).max())
+        name: float(lobes.microsurf.albedo(kd=kd).max())
         for name, lobes in {"measured": measured, **predicted}.items()
     }
     return Invariant(

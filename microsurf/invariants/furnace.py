@@ -57,7 +57,7 @@ def traced(seed: int, workers: int | None) -> Invariant:
     gaps, lost, paths = [], 0.0, 0.0
     for scene in explicit_scenes():
         measured = measure(scene, seed=seed, workers=workers)
-        total = albedos.quantity(measured, "total", scene.material.n, scene.material.kd[0])
+        total = measured.microsurf.albedo(kd=scene.material.kd[0])
         away = albedos.lost_light(measured)
         gaps.append(float(np.abs(total.isel(realisation=0) + away - 1).max()))
         lost += float(measured.ended_paths.isel(cause=measured.lost.values).sum())
@@ -82,7 +82,7 @@ def walked(seed: int, workers: int | None) -> Invariant:
             material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)), light=Light(THETAS)
         )
         walks = walk(scene, kind, walks=PATHS, seed=seed, workers=workers)
-        gaps.append(float(np.abs(albedos.quantity(walks, "total", n, 1.0) - 1).max()))
+        gaps.append(float(np.abs(walks.microsurf.albedo(kd=1.0) - 1).max()))
     return Invariant(
         "white furnace, walked",
         "albedo = 1 at Kd = 1 by both random walks, without a cap on events",

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ..model import predict
 from ..physics import facet
-from ..results import albedos as summary
 from ..scene import Accuracy, Light, Material, Roughness, Scene
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
@@ -43,7 +42,7 @@ def flat(seed: int, workers: int | None) -> Iterator[Invariant]:
         scene = _scene(n, 0.0)
         measured = measure(scene, mesh, seed=seed, workers=workers)
         expected = facet.albedo(np.cos(np.radians(THETAS)), n, KD)
-        total = summary.quantity(measured, "total", n, KD).values.ravel()
+        total = measured.microsurf.albedo(kd=KD).values.ravel()
         albedos.append(float(np.abs(total - expected).max()))
         rings.append(ring_gap(measured.flux.values, predict(scene, "flat").flux.values))
     yield Invariant(
@@ -87,7 +86,7 @@ def small_roughness(seed: int, workers: int | None) -> Invariant:
     for sigma in (1e-2, 1e-3):
         mesh = [generate_surface(8.0, sigma, cells=64, seed=seed)]
         scene = _scene(1.5, sigma, thetas)
-        total = summary.quantity(measure(scene, mesh, seed=seed, workers=workers), "total", 1.5, KD)
+        total = measure(scene, mesh, seed=seed, workers=workers).microsurf.albedo(kd=KD)
         figures[f"σ = {sigma:g}"] = float(np.abs(total.values.ravel() - expected).max())
     return Invariant(
         "σ → 0",
@@ -147,7 +146,7 @@ def _order_1(n: float) -> Array:
     scene = Scene(
         material=Material(n, (KD,)), roughness=Roughness(2.0, (0.5,)), light=Light((0.0, 60.0))
     )
-    albedos = summary.by_order(predict(scene), n, KD)
+    albedos = predict(scene).microsurf.albedo_by_order(kd=KD)
     return np.asarray(albedos.sum(("order", "kind")).values)
 
 

@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results import albedos
 from ..scene import Accuracy, Light, Scene, Surface
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
@@ -91,9 +90,8 @@ def unit_of_length(seed: int, workers: int | None) -> Iterator[Invariant]:
         result = measure(
             scene, [Heightfield(surface.heights * unit, unit)], seed=seed, workers=workers
         )
-        n, kd = scene.material.n, scene.material.kd[0]
         value, error = (
-            float(of(result, "total", n, kd).item()) for of in (albedos.quantity, albedos.ray_error)
+            float(of().item()) for of in (result.microsurf.albedo, result.microsurf.ray_error)
         )
         return result.flux.values, value, error
 

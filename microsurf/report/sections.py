@@ -10,7 +10,6 @@ from ..analysis.self_test import SelfTest
 from ..analysis.tradeoff.study import Tradeoff
 from ..analysis.validate import Validation
 from ..invariants import Invariant
-from ..results import albedos
 from . import stability_section
 from .figures import error_budget, masking, pareto, pareto_all, user_brdf
 from .figures.figure import Picture
@@ -99,7 +98,7 @@ def of_all(entries: Sequence[Validation], checked: SelfTest) -> list[Section]:
 
 def _dark(entry: Validation) -> Section | None:
     material = entry.scene.material
-    if any(albedos.by_order(entry.measured, material.n, kd).any() for kd in material.kd):
+    if any(entry.measured.microsurf.albedo_by_order(kd=kd).any() for kd in material.kd):
         return None
     return Section("dark", "Nothing to show", _DARK)
 

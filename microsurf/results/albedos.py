@@ -1,86 +1,20 @@
-"""The figures of a result: albedos by order and kind, their standard errors, the losses."""
+"""The figures that commands print of a result: albedos, their standard errors, the losses."""
 
 from typing import Any
 
-import numpy as np
 import xarray as xr
-
-from . import datasets, detector
 
 QUANTITIES = {
     "specular": "order-1 specular albedo",
     "body": "order-1 body albedo",
     "total": "total albedo",
 }
-
-
-def by_order(dataset: xr.Dataset, n: float, kd: float) -> xr.DataArray:
-    """Albedo by realisation, theta_i, phi_i, order (1, 2, 3, 4+) and kind."""
-    energy = datasets.by_kind(datasets.hemispherical(dataset.flux), n, kd)
-    return energy.reindex(order=list(detector.ORDERS), fill_value=0.0)
-
-
-def quantity(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    """One of QUANTITIES by realisation, theta_i and phi_i."""
-    albedos = by_order(dataset, n, kd)
-    if name == "total":
-        return albedos.sum(("order", "kind"))
-    return albedos.sel(order=1, kind=name, drop=True)
-
-
-def ray_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    """Standard error of `quantity` in each realisation from its number of rays alone.
-
-    From the spread of batches that know nothing of each other, where the result has
-    them. Else paths are independent draws of a weight w^b, and their counts hold the
-    variance.
-    """
-    if "batch_flux" in dataset:
-        return _batch_error(dataset, name, n, kd)
-    squared = _second_moment(dataset, name, n, kd)
-    mean = quantity(dataset, name, n, kd)
-    variance = (squared - mean**2).clip(min=0)
-    if "paths" not in dataset:
-        return variance * 0
-    return xr.DataArray(np.sqrt(variance / dataset.paths))
-
-
-def _batch_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    """Ratio of sums over batches of light that arrived and light that was sent."""
-    light = dataset.batch_light
-    arrived = datasets.by_kind(dataset.batch_flux, n, kd)
-    arrived = (
-        arrived.sum(("order", "kind"))
-        if name == "total"
-        else arrived.sel(order=1, kind=name, drop=True)
-    )
-    sent = light.sum("batch")
-    rest = arrived - light * (arrived.sum("batch") / sent)
-    batches = (light > 0).sum("batch")
-    # One batch knows nothing of its error: the most that light between 0 and 1 can have.
-    known = (rest**2).sum("batch") * batches / (batches - 1).clip(min=1)
-    return xr.DataArray(np.sqrt(known) / sent).where(batches > 1, 0.5)
-
-
-def _second_moment(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    weights = datasets.bin_weights(dataset, n, kd) ** 2
-    flux = datasets.hemispherical(dataset.flux)
-    squares: xr.DataArray = flux * flux.path_weight * weights
-    if name == "total":
-        return squares.sum(("order", "body_events"))
-    first = squares.sel(order=1, drop=True)
-    if name == "specular":
-        return first.isel(body_events=0, drop=True)
-    return first.isel(body_events=slice(1, None)).sum("body_events")
-
-
-def standard_error(dataset: xr.Dataset, name: str, n: float, kd: float) -> xr.DataArray:
-    """Standard error of the mean over realisations; of the rays alone if there is only one."""
-    count = dataset.sizes["realisation"]
-    if count == 1:
-        return ray_error(dataset, name, n, kd).isel(realisation=0, drop=True)
-    spread = quantity(dataset, name, n, kd).std("realisation", ddof=1)
-    return xr.DataArray(spread / np.sqrt(count))
+SELECTED: dict[str, dict[str, Any]] = {
+    "specular": {"order": 1, "kind": "specular"},
+    "body": {"order": 1, "kind": "body"},
+    "total": {},
+}
+"""The same as arguments of ``result.microsurf.albedo`` and the errors beside it."""
 
 
 def lost_light(dataset: xr.Dataset) -> xr.DataArray:
@@ -104,17 +38,23 @@ def _listed(values: list[Any]) -> Any:
     return values[0] if len(values) == 1 else values
 
 
-def figures(dataset: xr.Dataset, n: float, kds: tuple[float, ...]) -> dict[str, Any]:
+def figures(
+    dataset: xr.Dataset, kds: tuple[float, ...] | None = None, *, n: float | None = None
+) -> dict[str, Any]:
     """Albedo, its standard error, and albedo by order, specular and body apart.
 
     Figures become lists over the angles (θ outermost) if there are several, and
-    within them over Kd if there are several.
+    within them over Kd if there are several; n and Kd are by default those of the result's scene.
     """
+    result = dataset.microsurf
+    kds = result.scene.material.kd if kds is None else kds
     report: dict[str, list[Any]] = {}
     cells = {
         kd: {
-            "mean": by_order(dataset, n, kd).mean("realisation").stack(angle=("theta_i", "phi_i")),
-            "se": standard_error(dataset, "total", n, kd).stack(angle=("theta_i", "phi_i")),
+            "mean": result.albedo_by_order(kd=kd, n=n)
+            .mean("realisation")
+            .stack(angle=("theta_i", "phi_i")),
+            "se": result.standard_error(kd=kd, n=n).stack(angle=("theta_i", "phi_i")),
         }
         for kd in kds
     }

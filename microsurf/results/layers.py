@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError
-from . import albedos, datasets
+from . import datasets
 
 
 def with_substrate_events(dataset: xr.Dataset) -> xr.Dataset:
@@ -55,7 +55,7 @@ def absorbed(dataset: xr.Dataset, n: float, kd: float, absorption: float) -> Abs
     share = ((mean - low_edge) / (high_edge - low_edge)).clip(max=1.0)
     chord = (1 - share) * np.exp(-absorption * low_edge) + share * np.exp(-absorption * high_edge)
     chord = np.maximum(chord, at_mean)
-    outside = albedos.by_order(dataset, n, kd).sel(kind="specular", drop=True).sum("order")
+    outside = dataset.microsurf.albedo(kind="specular", n=n, kd=kd)
 
     def whole(left: xr.DataArray) -> xr.DataArray:
         inside = (left * light * weights).sum(("length", "body_events"))

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ..scene import Scene
 from ..stats import intervals
@@ -24,59 +23,7 @@ from ..stats.variance_components import (
     components_of,
     improvement,
 )
-from . import albedos, datasets, detector
-
-
-def lobe_ray_variance(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
-    """Variance of an order-1 lobe's bins in each realisation from its rays alone."""
-    weight = (
-        1.0 if kind == "specular" else float(datasets.bin_weights(dataset.flux, n, kd)[1:2].sum())
-    )
-    return xr.DataArray(dataset.bin_variance.sel(kind=kind, drop=True) * weight**2)
-
-
-def region_ray_error(
-    dataset: xr.Dataset, kind: str, region: NDArray[np.bool_], n: float, kd: float
-) -> xr.DataArray:
-    """Standard error of an order-1 lobe's light in a region, in each realisation; a bound.
-
-    From the rays alone. ``region`` says which bins it has, shape (theta_o, phi_o). A mirrored
-    ray ends in one bin: variances add up. A fan of body light fills one sector: along it
-    errors add up, as if its rings always went together.
-    """
-    bins = lobe_ray_variance(dataset, kind, n, kd)
-    mirrored = bins.roll(phi_o=-1).isel(phi_o=slice(None, None, -1))
-    # Folded lobes hold half of every ray at φ and half at −φ: the sum of both is the ray.
-    twice = 1 + bool(np.allclose(bins.values, mirrored.values, rtol=1e-9, atol=0))
-    inside = bins.where(xr.DataArray(region, dims=("theta_o", "phi_o")), 0.0)
-    if kind == "specular":
-        sectors = inside.sum("theta_o")
-    else:
-        sectors = xr.DataArray(np.sqrt(inside)).sum("theta_o") ** 2
-    total = sectors.sum("phi_o").transpose("realisation", "theta_i", "phi_i")
-    return xr.DataArray(np.sqrt(twice * total))
-
-
-def lobe(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
-    """Energy in the bins of an order-1 lobe, by realisation and angle."""
-    return datasets.by_kind(dataset.flux.sel(order=1, drop=True), n, kd).sel(kind=kind, drop=True)
-
-
-def _relative(variance: xr.DataArray, values: xr.DataArray) -> xr.DataArray:
-    """Error of a lobe relative to itself: root of the sums of squares over its bins."""
-    bins = ("theta_o", "phi_o")
-    return xr.DataArray(np.sqrt(variance.sum(bins) / (values**2).sum(bins))).fillna(0.0)
-
-
-def lobe_error(dataset: xr.Dataset, kind: str, n: float, kd: float) -> xr.DataArray:
-    """Relative error of an order-1 lobe's mean over realisations, of its rays if there is one."""
-    values = lobe(dataset, kind, n, kd)
-    count = dataset.sizes["realisation"]
-    if count == 1:
-        variance = lobe_ray_variance(dataset, kind, n, kd).isel(realisation=0, drop=True)
-    else:
-        variance = values.var("realisation", ddof=1) / count
-    return _relative(variance, values.mean("realisation"))
+from . import albedos, detector
 
 
 def surplus(dataset: xr.Dataset, scene: Scene) -> float:
@@ -89,11 +36,12 @@ def surplus(dataset: xr.Dataset, scene: Scene) -> float:
     target_of_lobes = scene.accuracy.lobe_error or target
     count = dataset.sizes["realisation"]
     widened = intervals.over_values(count) / intervals.normal()
-    n = scene.material.n
     worst = 0.0
     for kd in scene.material.kd:
-        albedo = float(albedos.standard_error(dataset, "total", n, kd).max())
-        lobes = max(float(lobe_error(dataset, kind, n, kd).max()) for kind in detector.KINDS)
+        albedo = float(dataset.microsurf.standard_error(kd=kd).max())
+        lobes = max(
+            float(dataset.microsurf.lobe_error(kind, kd=kd).max()) for kind in detector.KINDS
+        )
         worst = max(worst, widened * albedo / target, widened * lobes / target_of_lobes)
     return worst
 
@@ -104,7 +52,7 @@ LOBES = {f"{kind} lobe": f"order-1 {kind} lobe" for kind in detector.KINDS}
 
 @dataclass(frozen=True)
 class QuantityUncertainty:
-    """What is known of one quantity (of summary.QUANTITIES or LOBES) at one incidence."""
+    """What is known of one quantity (of albedos.QUANTITIES or LOBES) at one incidence."""
 
     quantity: str
     theta_i: float
@@ -118,10 +66,9 @@ def of_measurement(dataset: xr.Dataset, scene: Scene) -> list[QuantityUncertaint
     """Errors of all that a report prints, and what to buy next; what is zero is left out."""
     only = scene.surface.file is not None or not scene.requires.roughness
     rows = []
-    n = scene.material.n
     for name in (*albedos.QUANTITIES, *LOBES):
         for kd in scene.material.kd:
-            for incidence, components in _components(dataset, name, n, kd):
+            for incidence, components in _components(dataset, name, kd):
                 if components.mean > 0:
                     bought = improvement(components, only=only)
                     rows.append(QuantityUncertainty(name, *incidence, kd, components, bought))
@@ -145,16 +92,19 @@ def as_json(dataset: xr.Dataset, scene: Scene) -> list[dict[str, Any]]:
 
 
 def _components(
-    dataset: xr.Dataset, name: str, n: float, kd: float
+    dataset: xr.Dataset, name: str, kd: float
 ) -> Iterator[tuple[tuple[float, float], VarianceComponents]]:
     """Spreads of one quantity over the surfaces, by θ_i and φ_i in degrees."""
+    result = dataset.microsurf
     is_lobe = name in LOBES
     if is_lobe:
         kind = name.removesuffix(" lobe")
-        values, variance = (of(dataset, kind, n, kd) for of in (lobe, lobe_ray_variance))
+        values = result.lobe(1, kind, kd=kd)
+        variance = result.lobe_ray_variance(kind, kd=kd)
     else:
-        values = albedos.quantity(dataset, name, n, kd)
-        variance = xr.DataArray(albedos.ray_error(dataset, name, n, kd) ** 2)
+        selected = albedos.SELECTED[name]
+        values = result.albedo(**selected, kd=kd)
+        variance = xr.DataArray(result.ray_error(**selected, kd=kd) ** 2)
     for t, theta in enumerate(dataset.theta_i.values):
         for p, phi in enumerate(dataset.phi_i.values):
             index = {"theta_i": t, "phi_i": p}

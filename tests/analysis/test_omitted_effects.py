@@ -7,7 +7,6 @@ import pytest
 
 from microsurf import measure
 from microsurf.analysis import omitted_effects
-from microsurf.results import albedos
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surfaces_of
 
@@ -34,14 +33,17 @@ def test_the_cost_is_what_the_later_orders_hold(judge):
     whole = measure(replace(SCENE, effects=Effects()), surfaces, seed=judge.seed(4))
     found = []
     for row in rows:
-        orders = albedos.by_order(whole, 1.5, row["kd"]).sum("kind").sel(theta_i=row["theta_i"])
+        orders = (
+            whole.microsurf.albedo_by_order(n=1.5, kd=row["kd"])
+            .sum("kind")
+            .sel(theta_i=row["theta_i"])
+        )
         first = orders.sel(order=1) / orders.sum("order")
         share = first.values.ravel() - 1
         place = {"theta_i": row["theta_i"]}
         noise = [
             (
-                albedos.ray_error(d, "total", 1.5, row["kd"])
-                / albedos.quantity(d, "total", 1.5, row["kd"])
+                d.microsurf.ray_error(n=1.5, kd=row["kd"]) / d.microsurf.albedo(n=1.5, kd=row["kd"])
             ).sel(place)
             for d in (alone, whole, whole)
         ]

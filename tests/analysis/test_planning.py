@@ -16,7 +16,7 @@ from microsurf.analysis import allocation, planning
 from microsurf.analysis.self_test import SelfTest
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
-from microsurf.results import albedos, uncertainty
+from microsurf.results import uncertainty
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.trace.scheduler import PATHS_PER_ITEM, ROUND
 
@@ -79,7 +79,7 @@ def test_what_was_planned_leaves_the_expected_error(judge):
     run = measure(made.scene, seed=judge.seed(2))
     count = made.scene.surface.realisations
     assert run.sizes["realisation"] == count
-    error = float(albedos.standard_error(run, "total", 1.5, 0.8).item())
+    error = float(run.microsurf.standard_error(n=1.5, kd=0.8).item())
     law = stats.f(count - 1, allocation.PILOT_SURFACES - 1)
     ratio = (error / made.error) ** 2
     judge.keeps(min(2 * law.sf(ratio), 2 * law.cdf(ratio), 1.0))

@@ -8,7 +8,6 @@ from microsurf import predict
 from microsurf.analysis import slope_masking
 from microsurf.analysis.slope_masking import masking_by_slope
 from microsurf.physics import fresnel
-from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surfaces_of
 from microsurf.trace import measure
@@ -33,8 +32,14 @@ def test_specular_adds_up_to_the_measured_albedo(judge):
     asked = scene()
     made = list(surfaces_of(asked, 1))
     measured = measure(asked, made, seed=judge.seed(2), workers=1)
-    albedo = albedos.quantity(measured, "specular", 1.5, 0.0).mean("realisation").values.ravel()
-    error = albedos.ray_error(measured, "specular", 1.5, 0.0).values.reshape(3, -1)
+    albedo = (
+        measured.microsurf.albedo(order=1, kind="specular", n=1.5, kd=0.0)
+        .mean("realisation")
+        .values.ravel()
+    )
+    error = measured.microsurf.ray_error(order=1, kind="specular", n=1.5, kd=0.0).values.reshape(
+        3, -1
+    )
     error = np.sqrt(2 * np.sum(error**2, axis=0)) / 3  # as many rays in both
 
     def compared(asked):
@@ -116,11 +121,15 @@ def test_smith_adds_up_to_the_models_albedo():
     """
     asked = replace(scene((0.5,), (0.0, 60.0, 80.0), 1), surface=Surface(256, realisations=1))
     rows = masking_by_slope(asked, seed=1, workers=1)
-    theory = albedos.quantity(predict(asked, "smith"), "specular", 1.5, 0.0).values.ravel()
+    theory = (
+        predict(asked, "smith")
+        .microsurf.albedo(order=1, kind="specular", n=1.5, kd=0.0)
+        .values.ravel()
+    )
     ours = [sum(r["share"] * r["specular_smith"] for r in at(rows, t)) for t in asked.light.theta]
     assert ours == pytest.approx(theory, rel=1e-3)
     apart = predict(asked, "smith-separable")
-    separable = albedos.quantity(apart, "specular", 1.5, 0.0).values.ravel()
+    separable = apart.microsurf.albedo(order=1, kind="specular", n=1.5, kd=0.0).values.ravel()
     assert ours[1] != pytest.approx(separable[1], rel=1e-3)
 
 

@@ -10,7 +10,7 @@ from microsurf.errors import InputError
 from microsurf.model import MODELS, Brdf, all_orders, order_one
 from microsurf.model.single_scattering import importance
 from microsurf.physics import facet
-from microsurf.results import albedos, datasets, detector
+from microsurf.results import datasets, detector
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 from microsurf.stats import hypothesis_tests
 
@@ -133,8 +133,8 @@ def albedo(brdf, theta, phi=0.0, seed=9):
     else:
         found = model.predict(asked, brdf.model)
     material = asked.material
-    value = albedos.quantity(found, "total", material.n, material.kd[0]).item()
-    return value, albedos.ray_error(found, "total", material.n, material.kd[0]).item()
+    value = found.microsurf.albedo(n=material.n, kd=material.kd[0]).item()
+    return value, found.microsurf.ray_error(n=material.n, kd=material.kd[0]).item()
 
 
 CASES = {

@@ -9,7 +9,6 @@ from brute import direction
 from microsurf import model
 from microsurf.model import presets
 from microsurf.physics import metals
-from microsurf.results import albedos
 from microsurf.scene import Light, Scene
 
 PAIRS = [
@@ -222,4 +221,4 @@ def test_named_models_are_scenes_too():
     asked = Scene(
         material=brdf.scene.material, roughness=brdf.scene.roughness, light=Light((40.0,))
     )
-    assert 0 < albedos.quantity(model.predict(asked), "total", 1.5, 0.5).item() < 1
+    assert 0 < model.predict(asked).microsurf.albedo(n=1.5, kd=0.5).item() < 1

@@ -10,7 +10,6 @@ from microsurf.analysis import validate
 from microsurf.model import MODELS, all_orders, order_one
 from microsurf.report.figures import albedo_by_order, lobes, overview, surface, verdicts
 from microsurf.report.figures.style import QUANTITY_STYLE, WIDTH, source_style
-from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Scene, Surface
 
 SCENE = Scene(
@@ -126,7 +125,7 @@ def test_bands_are_those_of_the_surfaces(entry):
         r for r in albedo_by_order.rows(entry.measured, {}, entry.scene, 0.8)
         if r["order"] == 1 and r["theta_i_deg"] == 30
     )  # fmt: skip
-    flux = albedos.by_order(entry.measured, 1.5, 0.8).sum("kind")
+    flux = entry.measured.microsurf.albedo_by_order(n=1.5, kd=0.8).sum("kind")
     one, two = flux.sel(order=1).isel(theta_i=1, phi_i=0).values
     assert row["albedo"] == pytest.approx((one + two) / 2, rel=1e-14)
     assert row["high"] - row["albedo"] == pytest.approx(12.7062 * abs(one - two) / 2, rel=1e-5)

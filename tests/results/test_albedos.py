@@ -59,8 +59,8 @@ def simulated(runs, paths, rng, survival=1.0):
 def test_ray_error_is_the_spread_of_many_runs(name, survival, judge):
     """4000 runs know their spread to 1.1 %. Negative control: errors a tenth off."""
     data, exact = simulated(4000, 500, np.random.default_rng(judge.seed(5)), survival)
-    values = albedos.quantity(data, name, N, KD).values.ravel()
-    errors = albedos.ray_error(data, name, N, KD).values.ravel()
+    values = data.microsurf.albedo(**albedos.SELECTED[name], n=N, kd=KD).values.ravel()
+    errors = data.microsurf.ray_error(**albedos.SELECTED[name], n=N, kd=KD).values.ravel()
     weights = W ** np.arange(exact.shape[1])
     truth = {
         "specular": exact[0, 0],
@@ -88,10 +88,10 @@ def test_ray_error_without_the_path_weight_would_be_wrong(judge):
     """
     survival = 0.5
     data, _ = simulated(16_000, 500, np.random.default_rng(judge.seed(6)), survival)
-    values = albedos.quantity(data, "total", N, 1.0).values.ravel()
+    values = data.microsurf.albedo(n=N, kd=1.0).values.ravel()
 
     def gap(d):
-        return variance_gap(values, albedos.ray_error(d, "total", N, 1.0).values.ravel())
+        return variance_gap(values, d.microsurf.ray_error(n=N, kd=1.0).values.ravel())
 
     judge.near(*gap(data))
     blind = data.assign_coords(path_weight=("body_events", np.ones(data.sizes["body_events"])))
@@ -103,18 +103,18 @@ def test_standard_error_is_over_realisations_if_there_are_several():
     flux[:, 0, 0] = 0.1, 0.2, 0.6
     data = one_bin(flux, paths=1e6)
     by_hand = np.std([0.1, 0.2, 0.6], ddof=1) / np.sqrt(3)
-    assert albedos.standard_error(data, "total", N, KD).item() == pytest.approx(by_hand)
+    assert data.microsurf.standard_error(n=N, kd=KD).item() == pytest.approx(by_hand)
     alone = data.isel(realisation=[0])
     by_hand = np.sqrt(0.1 * 0.9 / 1e6)
-    assert albedos.standard_error(alone, "total", N, KD).item() == pytest.approx(by_hand)
+    assert alone.microsurf.standard_error(n=N, kd=KD).item() == pytest.approx(by_hand)
     # A prediction has no paths and no error.
-    assert albedos.standard_error(alone.drop_vars("paths"), "total", N, KD).item() == 0
+    assert alone.drop_vars("paths").microsurf.standard_error(n=N, kd=KD).item() == 0
 
 
 def test_figures_by_hand():
     flux = np.zeros((1, 2, 3))
     flux[0] = [[0.1, 0.2, 0.0], [0.01, 0.02, 0.04]]
-    found = albedos.figures(one_bin(flux), N, (KD,))
+    found = albedos.figures(one_bin(flux), (KD,), n=N)
     specular = [0.1, 0.01, 0, 0]
     body = [0.2 * W, 0.02 * W + 0.04 * W**2, 0, 0]
     assert found["specular_by_order"] == specular
@@ -131,7 +131,7 @@ def test_figures_keep_the_order_of_angles_and_kd():
         for p in range(3):
             flux[0, t, p, 0, 1, 7, 9] = 0.1 * (t + 1) + 0.01 * p
     data = datasets.build(flux, [0, 60], [0, 45, 90], orders=(1,))
-    found = albedos.figures(data, 1.0, (0.5, 1.0, 0.5))
+    found = albedos.figures(data, (0.5, 1.0, 0.5), n=1.0)
     wanted = [[k * v for k in (0.5, 1.0, 0.5)] for v in (0.1, 0.11, 0.12, 0.2, 0.21, 0.22)]
     np.testing.assert_allclose(found["albedo"], wanted, rtol=1e-14)
     np.testing.assert_allclose(np.array(found["body_by_order"])[..., 0], wanted, rtol=1e-14)

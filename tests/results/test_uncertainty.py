@@ -75,11 +75,15 @@ def test_errors_are_those_that_are_printed(surfaces):
     measured = trace.measure(SCENE, surfaces[:3], seed=1, workers=1)
     rows = known(measured)
     for name in albedos.QUANTITIES:
-        error = albedos.standard_error(measured, name, 1.5, 0.2).sel(theta_i=60).item()
+        error = (
+            measured.microsurf.standard_error(**albedos.SELECTED[name], n=1.5, kd=0.2)
+            .sel(theta_i=60)
+            .item()
+        )
         assert rows[name, 60.0, 0.2].components.error == pytest.approx(error, rel=1e-12)
     for kind in ("specular", "body"):
         found = rows[f"{kind} lobe", 60.0, 0.2].components
-        wanted = uncertainty.lobe_error(measured, kind, 1.5, 0.2).sel(theta_i=60).item()
+        wanted = measured.microsurf.lobe_error(kind, n=1.5, kd=0.2).sel(theta_i=60).item()
         assert found.error / found.mean == pytest.approx(wanted, rel=1e-12)
 
 
@@ -118,10 +122,10 @@ def test_light_in_a_region_spreads_no_more_than_its_rays_say(sigma, judge):
 
     bounded, independent = [], []
     for part, kind in zip(FIRST, ("specular", "body"), strict=True):
-        bins = uncertainty.lobe_ray_variance(dataset, kind, 1.5, 0.8)
+        bins = dataset.microsurf.lobe_ray_variance(kind, n=1.5, kd=0.8)
         bins = bins.transpose("realisation", ..., "theta_o", "phi_o").values
         for region, mask in zip(REGIONS, region_masks(), strict=True):
-            error = uncertainty.region_ray_error(dataset, kind, mask, 1.5, 0.8).values
+            error = dataset.microsurf.region_ray_error(kind, mask, n=1.5, kd=0.8).values
             bounded.append(p_value(part, region, error**2))
             if (kind, region) in {("body", "mirror side"), ("body", "backward")}:
                 independent.append(p_value(part, region, (bins * mask).sum((-2, -1))))

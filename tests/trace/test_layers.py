@@ -10,7 +10,7 @@ import xarray as xr
 
 from microsurf.errors import InputError
 from microsurf.physics import facet, fresnel
-from microsurf.results import albedos, detector
+from microsurf.results import detector
 from microsurf.results.layers import absorbed
 from microsurf.scene import Accuracy, Layers, Light, Material, Roughness, Scene, Substrate, Surface
 from microsurf.surface import Mesh, generate_surface, mesh
@@ -300,7 +300,7 @@ def test_a_measurement_of_two_layers(tmp_path):
     xr.testing.assert_identical(one.flux, again.flux)
     assert one.attrs["engine"] == "exact"
     assert float(abs((one.arrived + one.ended.sum("cause")) / one.paths - 1).max()) <= 1e-12
-    white = albedos.quantity(one, "total", 1.5, 1.0)
+    white = one.microsurf.albedo(kd=1.0)
     # Survival at Kd = 0.8 thins long paths out, and bins of many events are 25 % wide.
     np.testing.assert_allclose(white, 1, atol=5e-3)
     passed = one.passages.sum(("reflections", "entries"))
@@ -318,12 +318,12 @@ def test_any_absorption_is_answered_afterwards():
     for absorption in (0.01, 0.1, 1.0):
         traced = measure(scene(absorption=absorption), seed=5)
         answer = absorbed(clear, 1.5, 0.8, absorption)
-        exact = albedos.quantity(traced, "total", 1.5, 0.8)
+        exact = traced.microsurf.albedo(kd=0.8)
         assert float((exact - answer.high).max()) <= 1e-12
         assert float((answer.low - exact).max()) <= 1e-12
         assert float(abs(answer.albedo - exact).max()) <= 2e-4
     none = absorbed(clear, 1.5, 0.8, 0.0)
-    xr.testing.assert_allclose(none.albedo, albedos.quantity(clear, "total", 1.5, 0.8))
+    xr.testing.assert_allclose(none.albedo, clear.microsurf.albedo(kd=0.8))
     with pytest.raises(InputError, match="absorption = -1"):
         absorbed(clear, 1.5, 0.8, -1.0)
     alone = measure(replace(scene(), layers=None, accuracy=Accuracy(2_000, engine="exact")))

@@ -24,8 +24,8 @@ def scene(n=1.5, kd=(0.8,), sigma=0.5, theta=(60.0,), paths=100_000, realisation
 
 def total(measured, n=1.5, kd=0.8):
     """Total albedo of the first realisation and angle, and its standard error from the rays."""
-    value = albedos.quantity(measured, "total", n, kd).values.flat[0]
-    return value, albedos.ray_error(measured, "total", n, kd).values.flat[0]
+    value = measured.microsurf.albedo(n=n, kd=kd).values.flat[0]
+    return value, measured.microsurf.ray_error(n=n, kd=kd).values.flat[0]
 
 
 def assert_books(measured):
@@ -78,8 +78,8 @@ def test_a_flat_mesh_and_the_flat_short_cut_give_one_facet(n, judge):
     flat = Heightfield(np.zeros((16, 16)))
     for given in (None, [flat]):
         measured = measure(asked, given, seed=judge.seed(0))
-        values = albedos.quantity(measured, "total", n, 0.8).values.ravel()
-        errors = albedos.ray_error(measured, "total", n, 0.8).values.ravel()
+        values = measured.microsurf.albedo(n=n, kd=0.8).values.ravel()
+        errors = measured.microsurf.ray_error(n=n, kd=0.8).values.ravel()
         expected = facet.albedo(np.cos(np.radians(theta)), n, 0.8)
         judge.near(values, expected, errors, within=1e-12)
         wrong = facet.albedo(np.cos(np.radians(theta)), n, 0.81)
@@ -113,13 +113,18 @@ def test_rotating_surface_and_light_together_changes_nothing(judge):
                   Light((60.0,), (90.0,)), asked.accuracy)  # fmt: skip
     b = measure(asked, [turned], seed=judge.seed(1))
     for name in ("specular", "body", "total"):
-        x, y = (float(albedos.quantity(m, name, 1.5, 0.8).item()) for m in (a, b))
-        e = float(albedos.ray_error(a, name, 1.5, 0.8).item())
+        x, y = (
+            float(m.microsurf.albedo(**albedos.SELECTED[name], n=1.5, kd=0.8).item())
+            for m in (a, b)
+        )
+        e = float(a.microsurf.ray_error(**albedos.SELECTED[name], n=1.5, kd=0.8).item())
         judge.near(y, x, np.sqrt(2) * e, within=0.005 * x)
     # Negative control: the light turned alone sees the other roughness.
     c = measure(asked, [made], seed=judge.seed(2))
-    x, z = (float(albedos.quantity(m, "specular", 1.5, 0.8).item()) for m in (a, c))
-    e = float(albedos.ray_error(a, "specular", 1.5, 0.8).item())
+    x, z = (
+        float(m.microsurf.albedo(order=1, kind="specular", n=1.5, kd=0.8).item()) for m in (a, c)
+    )
+    e = float(a.microsurf.ray_error(order=1, kind="specular", n=1.5, kd=0.8).item())
     judge.tells(z, x, np.sqrt(2) * e, within=0.005 * x)
 
 
@@ -146,8 +151,7 @@ def test_a_conductor_mirrors_and_absorbs(judge):
     theta = (0.0, 60.0, 85.0)
     flat = measure(replace(scene(sigma=0.0, theta=theta), material=gold))
     values, errors = (
-        quantity(flat, "total", n, 0.0).values.ravel()
-        for quantity in (albedos.quantity, albedos.ray_error)
+        figure().values.ravel() for figure in (flat.microsurf.albedo, flat.microsurf.ray_error)
     )
     expected = fresnel.reflectance(np.cos(np.radians(theta)), n, k)
     np.testing.assert_allclose(values, expected, rtol=1e-11)
@@ -182,7 +186,7 @@ def test_books_close_on_3e6_paths(gamma, n):
             accuracy=Accuracy(3_000_000),
         )
         measured = measure(asked)
-        albedo = albedos.quantity(measured, "total", n, 1.0).isel(realisation=0)
+        albedo = measured.microsurf.albedo(n=n, kd=1.0).isel(realisation=0)
         lost = albedos.losses(measured)
         assert float(np.abs(albedo + albedos.lost_light(measured) - 1).max()) <= 1e-12
         assert sum(lost["lost_by_cause"].values()) <= (0 if gamma >= 2 else 30)

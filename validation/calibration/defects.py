@@ -23,7 +23,6 @@ from microsurf.model.random_walk.parameters import (
     walk_facet,
 )
 from microsurf.physics import facet, fresnel, smith
-from microsurf.results import albedos
 from microsurf.scene import Light, Material, Roughness, Scene
 from microsurf.stats import hypothesis_tests
 from microsurf.surface import Heightfield, generate_surface, surface_statistics
@@ -162,7 +161,7 @@ def white_furnace(seed: int, cap: int = walks.MOST_EVENTS) -> float:
     )
     with patch.object(walks, "MOST_EVENTS", cap):
         walked = walks.walk(asked, walks=20_000, seed=seed, workers=1)
-    return float(abs(albedos.quantity(walked, "total", N, 1.0).item() - 1) < ROUNDING)
+    return float(abs(walked.microsurf.albedo(n=N, kd=1.0).item() - 1) < ROUNDING)
 
 
 def slope_quantiles(seed: int, factor: float = 1.0) -> float:

@@ -41,8 +41,8 @@ def population(gamma: float) -> dict[str, tuple[np.ndarray, float]]:
     measured = measure(scene, made, seed=5)
     found = {}
     for name in ("specular", "body", "total"):
-        values = albedos.quantity(measured, name, 1.5, 0.8).values.ravel()
-        noise = albedos.ray_error(measured, name, 1.5, 0.8).values.ravel()
+        values = measured.microsurf.albedo(**albedos.SELECTED[name], n=1.5, kd=0.8).values.ravel()
+        noise = measured.microsurf.ray_error(**albedos.SELECTED[name], n=1.5, kd=0.8).values.ravel()
         found[name] = values, float(np.sqrt(np.mean(noise**2)))
     return found
 

@@ -25,8 +25,8 @@ from tqdm import tqdm
 from microsurf import measure, predict
 from microsurf.files import whole_file
 from microsurf.model import walk
-from microsurf.results import albedos as summary
 from microsurf.results import detector
+from microsurf.results.albedos import SELECTED
 from microsurf.scene import STRUCTURES, Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import surface_of, surface_statistics
 
@@ -102,7 +102,7 @@ CASES = tuple(
 def quantities(dataset: xr.Dataset, name: str) -> Array:
     """One of QUANTITIES by realisation and θ_i."""
     if name != "mirror":
-        return np.asarray(summary.quantity(dataset, name, N, KD).isel(phi_i=0))
+        return np.asarray(dataset.microsurf.albedo(**SELECTED[name], n=N, kd=KD).isel(phi_i=0))
     first = dataset.flux.isel(phi_i=0, body_events=0).sel(order=1)
     middle = detector.SECTORS // 2
     columns = [

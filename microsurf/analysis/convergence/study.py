@@ -191,13 +191,16 @@ def _seen(trace: Callable[[], xr.Dataset], places: list[_Place]) -> _Seen:
     """Each quantity on each realisation; the lobes, which are large, need not be kept."""
     dataset = trace()
     return {
-        case: (_of(albedos.quantity, dataset, case), _of(albedos.ray_error, dataset, case))
+        case: (
+            _of(dataset.microsurf.albedo, case),
+            _of(dataset.microsurf.ray_error, case),
+        )
         for case in places
     }
 
 
-def _of(figure: Callable[..., xr.DataArray], dataset: xr.Dataset, case: _Place) -> Array:
-    values = figure(dataset, case.quantity, case.n, case.kd)
+def _of(figure: Callable[..., xr.DataArray], case: _Place) -> Array:
+    values = figure(**albedos.SELECTED[case.quantity], n=case.n, kd=case.kd)
     return np.asarray(values.sel(theta_i=case.theta_i, phi_i=case.phi_i).values)
 
 

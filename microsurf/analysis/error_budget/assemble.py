@@ -17,7 +17,7 @@ from ...model.mesh_slopes.order_one import first_order_change
 from ...model.mesh_slopes.slopes import Slopes
 from ...physics.facet import body_weight
 from ...results import albedos as summary
-from ...results import datasets, detector, uncertainty
+from ...results import datasets, detector
 from ...scene import Scene
 from ...stats import intervals
 from ...surface import Heightfield, facet_slopes
@@ -235,7 +235,7 @@ def _ray_errors(
     """Of one surface: albedos from batches, lobes from their bins, later orders a bound."""
     first = {"order-1 specular": "specular", "order-1 body": "body", "total": "total"}
     by_quantity = {
-        q: float(summary.ray_error(measured, name, n, kd).values[0][index])
+        q: float(measured.microsurf.ray_error(**summary.SELECTED[name], kd=kd).values[0][index])
         for q, name in first.items()
     }
     light = float(measured.light_rays.values[0][index])
@@ -244,7 +244,7 @@ def _ray_errors(
             by_quantity[q] = float(np.sqrt(v[0][index] / light))
     for part, kind in zip(FIRST, detector.KINDS, strict=True):
         for region, mask in zip(REGIONS, region_masks(), strict=True):
-            errors = uncertainty.region_ray_error(measured, kind, mask, n, kd)
+            errors = measured.microsurf.region_ray_error(kind, mask, kd=kd)
             by_quantity[f"{part} {region}"] = float(errors.values[0][index])
     return by_quantity
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from ...results import albedos, detector
+from ...results import detector
 from ...scene import Scene
 from ...stats import intervals
 from .lobes import MEASURED
@@ -31,10 +31,9 @@ def rows(
     ``low`` and ``high``: 95 % interval over the surfaces; missing if there is only one.
     Orders that carry no light are left out; so are those of the walk that others give.
     """
-    n = scene.material.n
     table: list[dict[str, Any]] = []
     for source, dataset in {MEASURED: measured, **predicted}.items():
-        values = albedos.by_order(dataset, n, kd).sum("kind").isel(phi_i=0)
+        values = dataset.microsurf.albedo_by_order(kd=kd).sum("kind").isel(phi_i=0)
         first = 1 if source == MEASURED or dataset.sizes["order"] == 1 else 2
         for order in detector.ORDERS[first - 1 : dataset.sizes["order"]]:
             for t, theta in enumerate(scene.light.theta):

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...results import datasets, detector, uncertainty
+from ...results import datasets, detector
 from ...scene import Scene
 from ...stats import intervals
 
@@ -51,7 +51,7 @@ def ray_errors(measured: xr.Dataset, scene: Scene, kd: float) -> dict[str, Array
     """Standard errors of the `cut` curves of one surface, from its rays."""
     n = scene.material.n
     first = {
-        kind: uncertainty.lobe_ray_variance(measured, kind, n, kd).isel(realisation=0)
+        kind: measured.microsurf.lobe_ray_variance(kind, kd=kd).isel(realisation=0)
         for kind in detector.KINDS
     }
     higher = datasets.by_kind(measured.flux.isel(realisation=0, order=slice(1, None)), n, kd)

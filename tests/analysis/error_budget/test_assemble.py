@@ -9,7 +9,6 @@ from microsurf import measure, model
 from microsurf.analysis.error_budget import assemble, refinement
 from microsurf.analysis.error_budget.regions import FIRST, HIGHER, TOTAL
 from microsurf.report.figures import error_budget
-from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import Heightfield, surfaces_of
 
@@ -52,7 +51,7 @@ def test_terms_add_up_to_measured_less_predicted(made):
         assemble.cases_of(SMALL, measured, predicted, surfaces, walks=20_000)
     )
     (only,) = found
-    total = float(albedos.quantity(measured, "total", 1.5, 0.8).mean())
+    total = float(measured.microsurf.albedo(n=1.5, kd=0.8).mean())
     assert sum(t.value for t in only.terms[TOTAL].values()) == pytest.approx(
         total - only.predicted["total"], abs=1e-12
     )

@@ -9,7 +9,6 @@ from microsurf.model.mesh_slopes.higher_orders import BATCHES, order_change
 from microsurf.model.mesh_slopes.slope_bins import slope_bins
 from microsurf.model.mesh_slopes.slopes import Slopes
 from microsurf.physics import smith, student_t
-from microsurf.results import albedos as summary
 from microsurf.results import datasets
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 
@@ -45,7 +44,7 @@ def test_order_1_is_the_quadrature_of_the_other_parameters(
     kinds = datasets.by_kind(found.change, 1.5, 0.8).isel(phi_i=0).sel(order=1)
     mean, error = mean_and_error(kinds.transpose("batch", "theta_i", "kind"))
     albedos = [
-        summary.by_order(model.predict(s), 1.5, 0.8).isel(realisation=0, phi_i=0)
+        model.predict(s).microsurf.albedo_by_order(n=1.5, kd=0.8).isel(realisation=0, phi_i=0)
         .sel(order=1).transpose("theta_i", "kind").values
         for s in (asked, other)
     ]  # fmt: skip
@@ -66,7 +65,7 @@ def test_later_orders_are_those_of_two_walks(judge):
     walks = [
         model.walk(s, walks=1_000_000, seed=judge.seed(k)) for k, s in enumerate((asked, other))
     ]
-    albedos = [summary.by_order(w, 1.5, 0.8).sum("kind").values.ravel() for w in walks]
+    albedos = [w.microsurf.albedo_by_order(n=1.5, kd=0.8).sum("kind").values.ravel() for w in walks]
     expected = albedos[1] - albedos[0]
     sampled = np.sqrt((albedos[0] + albedos[1]) / 1_000_000)  # a walk brings 1 at most
     width = np.hypot(error, sampled)
@@ -85,7 +84,9 @@ def test_a_cut_tail_is_that_of_walks_by_rejection(judge):
     mean, error = mean_and_error(kinds)
     own = walk_realised(asked, given, walks=2_000_000, seed=judge.seed(6))
     ideal = model.walk(asked, walks=8_000_000, seed=judge.seed(7))
-    a, b = (summary.by_order(w, 1.5, 0.8).sum("kind").values.ravel() for w in (own, ideal))
+    a, b = (
+        w.microsurf.albedo_by_order(n=1.5, kd=0.8).sum("kind").values.ravel() for w in (own, ideal)
+    )
     width = np.hypot(error, np.sqrt(a / 2_000_000 + b / 8_000_000))
     judge.near(mean, a - b, width + 0.02 * np.abs(a - b))
     judge.tells(mean[0], 0.0, width[0])

@@ -9,7 +9,6 @@ from mesh_slope_walk import Facets, walk_realised
 from microsurf import model
 from microsurf.model.mesh_slopes.order_one import first_order_change
 from microsurf.physics import smith, student_t, visible_normals
-from microsurf.results import albedos
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 
 COUNT = 2**20
@@ -74,8 +73,8 @@ def test_the_walk_of_std_slopes_is_smiths_walk(theta, judge):
     for name, sigma in (("right", 0.6), ("wrong", 0.69)):
         ours = walk_realised(asked, of_std(4.0, sigma, sigma), walks=100_000, seed=judge.seed(4))
         assert float(ours.ended.isel(cause=2).sum()) == 0
-        orders[name] = albedos.by_order(ours, 1.5, 0.8).sum("kind").values.ravel()
-    theirs = albedos.by_order(exact, 1.5, 0.8).sum("kind").values.ravel()
+        orders[name] = ours.microsurf.albedo_by_order(n=1.5, kd=0.8).sum("kind").values.ravel()
+    theirs = exact.microsurf.albedo_by_order(n=1.5, kd=0.8).sum("kind").values.ravel()
     error = np.sqrt(theirs * (1 / 100_000 + 1 / 2_000_000))
     judge.near(orders["right"], theirs, error)
     judge.tells(orders["wrong"], theirs, error)

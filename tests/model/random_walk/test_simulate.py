@@ -104,9 +104,9 @@ def order_one(kind, walks, roughness, material, seed, theta=(0.0, 60.0, 85.0)):
     predicted = model.predict(asked, CLOSED[kind])
     levels = []
     for quantity in ("specular", "body"):
-        measured = albedos.quantity(walked, quantity, n, kd).values
-        error = albedos.ray_error(walked, quantity, n, kd).values
-        expected = albedos.quantity(predicted, quantity, n, kd).values
+        measured = walked.microsurf.albedo(**albedos.SELECTED[quantity], n=n, kd=kd).values
+        error = walked.microsurf.ray_error(**albedos.SELECTED[quantity], n=n, kd=kd).values
+        expected = predicted.microsurf.albedo(**albedos.SELECTED[quantity], n=n, kd=kd).values
         levels.append(z_test(measured, expected, error))  # without an error: equal
     return levels
 
@@ -128,8 +128,10 @@ def test_order_one_is_the_closed_form(kind, roughness, material, judge):
 def test_order_one_of_gold_is_the_closed_form(kind, judge):
     walked = walk(GOLD, kind, walks=300_000, seed=judge.seed(0))
     predicted = model.predict(GOLD, CLOSED[kind])
-    measured, expected = (albedos.quantity(d, "specular", 0.43, 0.0) for d in (walked, predicted))
-    error = albedos.ray_error(walked, "specular", 0.43, 0.0)
+    measured, expected = (
+        d.microsurf.albedo(order=1, kind="specular", n=0.43, kd=0.0) for d in (walked, predicted)
+    )
+    error = walked.microsurf.ray_error(order=1, kind="specular", n=0.43, kd=0.0)
     judge.near(measured, expected, error)
     judge.tells(measured, 1.02 * expected, error)  # the negative control
     assert walked.flux.sel(order=2).sum() > 0.01
@@ -147,9 +149,9 @@ def test_the_two_models_are_told_apart(judge):
     """The negative control: order 1 of V-cavities must fail against Smith's."""
     asked = scene(theta=(70.0,), kd=0.0)
     walked = walk(asked, "vcavity-walk", walks=200_000, seed=judge.seed(0))
-    error = albedos.ray_error(walked, "specular", 1.5, 0.0)
-    other = albedos.quantity(model.predict(asked, "smith"), "specular", 1.5, 0.0)
-    judge.tells(albedos.quantity(walked, "specular", 1.5, 0.0), other, error)
+    error = walked.microsurf.ray_error(order=1, kind="specular", n=1.5, kd=0.0)
+    other = model.predict(asked, "smith").microsurf.albedo(order=1, kind="specular", n=1.5, kd=0.0)
+    judge.tells(walked.microsurf.albedo(order=1, kind="specular", n=1.5, kd=0.0), other, error)
 
 
 @pytest.mark.parametrize("kind", all_orders())
@@ -279,7 +281,7 @@ def test_a_capped_walk_or_a_wrong_law_fails_the_white_furnace():
 @pytest.mark.parametrize("n", [1.0, 1.5])
 def test_nothing_is_lost_at_unit_substrate(kind, n):
     walked = walk(scene((1.6, (1.0, 0.2)), n, 1.0), kind, walks=20_000)
-    energy = albedos.quantity(walked, "total", n, 1.0)
+    energy = walked.microsurf.albedo(n=n, kd=1.0)
     np.testing.assert_allclose(energy, 1, rtol=1e-12)
     assert walked.ended.sum() == 0
     assert (albedos.lost_paths(walked) == 0).all()
@@ -299,8 +301,8 @@ def test_thinned_long_walks_keep_their_light(judge):
     parameters = (1.6, (2.0,))
     thinned = walk(scene(parameters, kd=0.8, theta=(0.0,)), walks=100_000, seed=judge.seed(1))
     whole = walk(scene(parameters, kd=1.0, theta=(0.0,)), walks=100_000, seed=judge.seed(2))
-    mean = [albedos.quantity(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
-    error = [albedos.ray_error(d, "total", 1.5, 0.8).item() for d in (thinned, whole)]
+    mean = [d.microsurf.albedo(n=1.5, kd=0.8).item() for d in (thinned, whole)]
+    error = [d.microsurf.ray_error(n=1.5, kd=0.8).item() for d in (thinned, whole)]
     assert thinned.ended.sel(cause="absorbed").item() > 1000
     # Shared bins of body events add up to 2e−3 of the light beyond sixteen of them.
     judge.near(mean[0], mean[1], np.hypot(*error), within=2e-5)
@@ -345,15 +347,15 @@ def test_a_black_facet_without_interface_sends_nothing_back(kind):
 @pytest.mark.parametrize("kind", all_orders())
 def test_a_flat_scene_is_one_facet_exactly(kind):
     walked = walk(scene((2.0, (0.0,))), kind, walks=10)
-    total = albedos.quantity(walked, "total", 1.5, 0.8).values.ravel()
+    total = walked.microsurf.albedo(n=1.5, kd=0.8).values.ravel()
     cosine = np.cos(np.radians([0.0, 60.0, 85.0]))
     np.testing.assert_allclose(total, facet.albedo(cosine, 1.5, 0.8), rtol=1e-12)
-    assert (albedos.standard_error(walked, "total", 1.5, 0.8) == 0).all()
+    assert (walked.microsurf.standard_error(n=1.5, kd=0.8) == 0).all()
 
 
 def test_figures_and_files_take_a_walk_as_any_result(tmp_path):
     walked = walk(scene(), walks=10_000)
-    figures = albedos.figures(walked, 1.5, (0.0, 0.8))
+    figures = albedos.figures(walked, (0.0, 0.8), n=1.5)
     assert all(0 < se < 0.01 for pair in figures["albedo_se"] for se in pair)
     datasets.save(walked, tmp_path / "walk.nc")
     np.testing.assert_array_equal(datasets.load(tmp_path / "walk.nc").flux, walked.flux)
