@@ -149,10 +149,9 @@ def compare(
         expectation = scene.expect.get(name, _DEFAULT)
         theory = all_orders if name == "total" and all_orders is not None else predicted
         for kd in scene.material.kd:
-            of = [d.microsurf.albedo(**albedos.SELECTED[name], kd=kd) for d in (measured, theory)]
-            noise, sampling = (
-                d.microsurf.ray_error(**albedos.SELECTED[name], kd=kd) for d in (measured, theory)
-            )
+            which = {**albedos.SELECTED[name], "n": scene.material.n, "kd": kd}
+            of = [d.microsurf.albedo(**which) for d in (measured, theory)]
+            noise, sampling = (d.microsurf.ray_error(**which) for d in (measured, theory))
             for t, theta in enumerate(scene.light.theta):
                 for p, phi in enumerate(scene.light.phi):
                     index = {"theta_i": t, "phi_i": p}
