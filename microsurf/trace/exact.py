@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.fresnel import transmittance_bound
-from ..results import detector
 from .beam import light_direction, stratified_points
 from .kernels.exact_fan import nodes_of
 from .kernels.exact_path import trace_light
 from .kernels.fans import FAN, all_rings
 from .kernels.splitmix import stream
-from .kernels.state import BATCHES, Bins, empty_tallies
+from .kernels.state import BATCHES, bins_about, empty_tallies
 from .wavefront import FacetOptics, Tally, tally_of
 
 FINE = 1024.0
@@ -153,12 +152,8 @@ def trace(
     rays = trace_light(
         tile, starts, *-light_direction(theta, phi), POOL, facet,
         transmittance_bound(facet.n) if facet.substrate else 1.0,
-        Bins(
-            phi if azimuth is None else azimuth,
-            np.cos(np.radians(detector.RING_EDGES[1:])),
-            detector.BODY_EDGES,
-        ), rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies,
-        stream(rng),
+        bins_about(phi if azimuth is None else azimuth),
+        rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies, stream(rng),
     )  # fmt: skip
     batch = np.arange(light) // POOL % BATCHES
     return tally_of(tallies, facet, batch, (rays, 0, 0), (time.perf_counter() - begin, 0.0))

@@ -11,7 +11,7 @@ from .beam import light_direction, stratified_points
 from .exact import exact_tile
 from .kernels.exact_layers import ROWS, Layers, LayerTallies, trace_layers
 from .kernels.splitmix import stream
-from .kernels.state import BATCHES, Bins, empty_tallies
+from .kernels.state import BATCHES, bins_about, empty_tallies
 from .wavefront import FacetOptics, Tally, tally_of
 
 
@@ -74,11 +74,7 @@ def trace(
     inside = np.zeros((ROWS, len(detector.BODY_EVENTS)))
     rays = trace_layers(
         tile.layers, starts, *-light_direction(theta, phi), facet, tile.absorption,
-        Bins(
-            phi if azimuth is None else azimuth,
-            np.cos(np.radians(detector.RING_EDGES[1:])),
-            detector.BODY_EDGES,
-        ), LayerTallies(tallies, inside), stream(rng),
+        bins_about(phi if azimuth is None else azimuth), LayerTallies(tallies, inside), stream(rng),
     )  # fmt: skip
     batch = np.arange(light) % BATCHES
     seconds = time.perf_counter() - begin

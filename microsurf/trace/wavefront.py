@@ -20,11 +20,11 @@ from .kernels.fans import FAN, LIKE, all_rings
 from .kernels.scatter import scatter_batch
 from .kernels.state import (
     BATCHES,
-    Bins,
     FanWork,
     Frame,
     Scattering,
     Tallies,
+    bins_about,
     empty_ray_batch,
     empty_tallies,
 )
@@ -185,7 +185,7 @@ def trace(
     light = -(-paths // facet.branches)
     points = ray_origins(light, grid, rng, part, parts)
     dx, dy, dz = -light_direction(theta, phi)
-    bins = Bins(azimuth, np.cos(np.radians(detector.RING_EDGES[1:])), detector.BODY_EDGES)
+    bins = bins_about(azimuth)
     bound = transmittance_bound(facet.n) if facet.substrate else 1.0
     scattering = Scattering(facet, facet.branches, bound)
     tallies, rings = empty_tallies(), all_rings(facet.n if facet.interface else 1.0)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from killed_stages import KilledError, Mortal
 
 from microsurf.analysis import stages
 from microsurf.analysis.convergence.steps import ConvergenceEffort
@@ -24,27 +25,6 @@ SCENE = Scene(
 )
 EFFORT = TradeoffEffort(((1000, 4),), ((0.5, 500, 4),), 1, 1, 1000, 4, 8)
 STEPS = ConvergenceEffort((0.5, 1, 2), 4, 3, 1000, 32, 4, 1024)
-
-
-class KilledError(Exception):
-    """The process ends here."""
-
-
-class Mortal(Stages):
-    """Ends after so many stages were made."""
-
-    left = 1
-
-    def done(self, name, make):
-        """As of any run, but for the end."""
-
-        def counted():
-            if self.left == 0:
-                raise KilledError
-            self.left -= 1
-            return make()
-
-        return super().done(name, counted)
 
 
 def traded(kept):

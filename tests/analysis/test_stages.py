@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from killed_stages import KilledError, Mortal
 
 from microsurf.analysis import stages, validate, versions
-from microsurf.analysis.stages import Run, Stages
+from microsurf.analysis.stages import Run
 from microsurf.errors import InputError, MicrosurfError
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 
@@ -17,27 +18,6 @@ TINY = Scene(
     light=Light((30.0, 60.0)),
     accuracy=Accuracy(2000),
 )
-
-
-class KilledError(Exception):
-    """The process ends here."""
-
-
-class Mortal(Stages):
-    """Ends after so many stages were made."""
-
-    left = 0
-
-    def done(self, name, make):
-        """As of any run, but for the end."""
-
-        def counted():
-            if self.left == 0:
-                raise KilledError
-            self.left -= 1
-            return make()
-
-        return super().done(name, counted)
 
 
 def figures(entry):
@@ -58,7 +38,6 @@ def test_a_scene_stopped_after_every_stage_ends_the_same(tmp_path):
     while True:
         made = run.stages(scene="tiny")
         mortal = Mortal(made._folder, made._key)
-        mortal.left = 1
         try:
             entry = validated(mortal)
             break

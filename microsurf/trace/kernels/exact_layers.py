@@ -22,7 +22,7 @@ from ...physics.fresnel_kernels import transmittance
 from ...results import detector
 from .exact_horizon import FOOTPRINT, free_flight
 from .exact_walk import sideways, walk
-from .fans import sector_of
+from .fans import ring_of, sector_of
 from .scatter import mirror
 from .splitmix import uniform
 from .state import ABSORBED, BATCHES, WRAPPED
@@ -120,13 +120,7 @@ def _lambertian(mx, my, mz, random):
 def _arrive(tallies, dx, dy, dz, weight, order, body, batch, bins):
     """Count what reaches the detector; of order 1 all that was inside shares its squares."""
     row = min(order, 4) - 1
-    ring, last = 0, len(bins.ring_cosines) - 1
-    while ring < last:
-        middle = (ring + last) // 2
-        if dz <= bins.ring_cosines[middle]:
-            ring = middle + 1
-        else:
-            last = middle
+    ring = ring_of(dz, bins.ring_cosines)
     sector = sector_of(dx, dy, bins.azimuth)
     tallies.energy[body, row, sector, ring] += weight
     tallies.batches[batch, row, body] += weight

@@ -176,6 +176,19 @@ def sector_of(dx, dy, azimuth):
 
 
 @inlined
+def ring_of(dz, ring_cosines):
+    """Ring of a direction; cosines of the rings' outer edges, shape (rings,)."""
+    ring, last = 0, len(ring_cosines) - 1
+    while ring < last:
+        middle = (ring + last) // 2
+        if dz <= ring_cosines[middle]:
+            ring = middle + 1
+        else:
+            last = middle
+    return ring
+
+
+@inlined
 def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, random_number):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 

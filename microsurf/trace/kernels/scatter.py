@@ -26,6 +26,7 @@ from .fans import (
     like,
     next_probe,
     probe,
+    ring_of,
     sector_of,
     unfold,
 )
@@ -69,13 +70,7 @@ def arrive(tallies, dx, dy, dz, weight, order, body, batch, bins):
     row = min(order, 4) - 1
     if body > detector.BODY_EXACT:
         body = np.searchsorted(bins.body_edges, body, "right") - 1
-    ring, last = 0, len(bins.ring_cosines) - 1
-    while ring < last:
-        middle = (ring + last) // 2
-        if dz <= bins.ring_cosines[middle]:
-            ring = middle + 1
-        else:
-            last = middle
+    ring = ring_of(dz, bins.ring_cosines)
     sector = sector_of(dx, dy, bins.azimuth)
     tallies.energy[body, row, sector, ring] += weight
     tallies.batches[batch, row, body] += weight

@@ -88,6 +88,11 @@ class Bins(NamedTuple):
     body_edges: NDArray[np.int64]
 
 
+def bins_about(azimuth: float) -> Bins:
+    """The detector's bins, for light that arrives from an azimuth in degrees."""
+    return Bins(azimuth, np.cos(np.radians(detector.RING_EDGES[1:])), detector.BODY_EDGES)
+
+
 class Scattering(NamedTuple):
     """What facets do to light: their optics, paths a light ray splits into, greatest T."""
 
