@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 KD = 0.8
 THETAS = (0.0, 30.0, 60.0, 80.0, 89.0)
 RINGS = 1e-6
-"""Of the light: how well a fan's shares know a ring, see `trace.kernels.fans`."""
+"""Of the light: how well a fan's shares know a ring, see `trace.kernels.lobe_fans`."""
 
 
 def _scene(n: float, sigma: float, thetas: tuple[float, ...] = THETAS) -> Scene:

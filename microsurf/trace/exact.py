@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ..physics.fresnel import transmittance_bound
 from .beam import light_direction, stratified_points
-from .kernels.exact_fan import nodes_of
+from .kernels.exact_lobe_fans import nodes_of
 from .kernels.exact_path import trace_light
-from .kernels.fans import FAN, all_rings
+from .kernels.lobe_fans import FAN, all_rings
 from .kernels.splitmix import stream
 from .kernels.state import BATCHES, bins_about, empty_tallies
 from .wavefront import FacetOptics, Tally, tally_of

@@ -16,8 +16,8 @@ from .beam import light_direction, ray_origins
 from .embree import Hits, Rays
 from .grid import Grid
 from .kernels.empty_space import OFFSET, launch
-from .kernels.fans import FAN, LIKE, all_rings
-from .kernels.scatter import scatter_batch
+from .kernels.facet_scattering import scatter_batch
+from .kernels.lobe_fans import FAN, LIKE, all_rings
 from .kernels.state import (
     BATCHES,
     FanWork,

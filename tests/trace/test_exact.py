@@ -16,7 +16,7 @@ from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.surface import generate_surface
 from microsurf.surface.heightfield import mesh
 from microsurf.trace import engine, exact, measure
-from microsurf.trace.kernels import exact_fan, fans
+from microsurf.trace.kernels import exact_lobe_fans, lobe_fans
 from microsurf.trace.wavefront import FacetOptics
 
 IL = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
@@ -89,18 +89,18 @@ def test_a_flat_tile_is_one_facet(theta, n):
 
 @pytest.mark.parametrize("n", [1.0, 1.33, 1.5, 5.0, 100.0])
 def test_shares_are_those_of_the_other_engine(n):
-    rings = fans.all_rings(n)
-    nodes, count = exact_fan.nodes_of(rings), len(rings.edges) - 1
+    rings = lobe_fans.all_rings(n)
+    nodes, count = exact_lobe_fans.nodes_of(rings), len(rings.edges) - 1
     rng = np.random.default_rng(4)
     for _ in range(200):
         tilt, turn = rng.uniform(0, np.pi / 2 - 1e-3), rng.uniform(0, 2 * np.pi)
         mz, mt = np.cos(tilt), np.sin(tilt) * np.cos(turn)
         last = np.pi / 2 + np.arctan2(mt, mz)
         ours, theirs = np.zeros(count), np.zeros(count)
-        seen, total = exact_fan.ring_shares.py_func(
+        seen, total = exact_lobe_fans.ring_shares.py_func(
             mz, mt, last, rings, nodes, np.zeros(2 * count), ours
         )
-        other, all_of_it = fans.shares.py_func(mz, mt, last, rings, theirs)
+        other, all_of_it = lobe_fans.shares.py_func(mz, mt, last, rings, theirs)
         assert seen == other
         np.testing.assert_allclose(ours[:seen], theirs[:seen], rtol=1e-9, atol=1e-15)
         assert total == pytest.approx(all_of_it, rel=1e-12)

@@ -28,7 +28,7 @@ from microsurf.stats import hypothesis_tests
 from microsurf.surface import Heightfield, generate_surface, surface_statistics
 from microsurf.trace import wavefront
 from microsurf.trace.embree import EmbreeTile
-from microsurf.trace.kernels import empty_space, intersection, scatter
+from microsurf.trace.kernels import empty_space, facet_scattering, intersection
 from microsurf.trace.wavefront import Tally
 
 from ..gridwalk.check import IL, ordinary
@@ -194,7 +194,9 @@ class Offset:
             _with(intersection.reconstruct_hit, OFFSET=factor * empty_space.OFFSET)
         )
         classify_ray = inlined(_with(intersection.classify_ray, reconstruct_hit=reconstruct_hit))
-        self._take = njit(**options)(_with(scatter.scatter_batch, classify_ray=classify_ray))
+        self._take = njit(**options)(
+            _with(facet_scattering.scatter_batch, classify_ray=classify_ray)
+        )
         self._batches = 0
 
     def _counted(self, *arguments: Any) -> Any:

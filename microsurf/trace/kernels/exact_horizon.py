@@ -9,7 +9,7 @@ the first blocked ring is certain, and says the same as a ray sent along each.
 import numpy as np
 
 from ...jit import compiled, inlined
-from .exact_fan import steeper
+from .exact_lobe_fans import steeper
 from .exact_walk import LEAST, beside, far_side, greatest_ahead, unit
 
 _PATIENCE = 3  # cells between two looks at the pyramid
@@ -22,7 +22,7 @@ def first_blocked(
     """First ring of a fan that is blocked; at most ``high``, from which on all are.
 
     The fan starts at (x, y, z) on a facet, ``side`` of cell (cx, cy), and goes along the
-    unit vector (across_x, across_y); see `fans` for the others.
+    unit vector (across_x, across_y); see `lobe_fans` for the others.
     """
     dx = across_x if abs(across_x) > LEAST else LEAST
     dy = tile.aspect * (across_y if abs(across_y) > LEAST else LEAST)

@@ -22,8 +22,8 @@ from ...physics.fresnel_kernels import transmittance
 from ...results import detector
 from .exact_horizon import FOOTPRINT, free_flight
 from .exact_walk import sideways, walk
-from .fans import ring_of, sector_of
-from .scatter import mirror
+from .facet_scattering import mirror
+from .lobe_fans import ring_of, sector_of
 from .splitmix import uniform
 from .state import ABSORBED, BATCHES, WRAPPED
 

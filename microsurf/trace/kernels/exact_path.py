@@ -2,7 +2,7 @@
 
 The chain of mirrors from the light is followed as it is, with the weight of its Fresnel
 factors. What passes into the substrate of a light ray's first facet comes out as a fan
-(see `fans`), one for a group of light rays that follow each other: of their points one is
+(see `lobe_fans`), one for a group of light rays that follow each other: of their points one is
 drawn, by weight, and stands for all. The light that the fan loses behind its horizon, and
 all that enters substrates later along the chains, goes into a *reservoir* (Chao 1982, "A
 general purpose unequal probability sampling plan"): it keeps one of them, by weight, and
@@ -15,10 +15,11 @@ import numpy as np
 from ...jit import compiled, inlined
 from ...physics.fresnel_kernels import passed, transmittance
 from ...results import detector
-from .exact_fan import deposit
 from .exact_horizon import FOOTPRINT, first_blocked, free_flight
+from .exact_lobe_fans import deposit
 from .exact_walk import sideways, walk
-from .fans import (
+from .facet_scattering import arrive, mirror
+from .lobe_fans import (
     COS_PHI,
     LAST_THETA,
     NORMAL_T,
@@ -31,7 +32,6 @@ from .fans import (
     elevation,
     sector_of,
 )
-from .scatter import arrive, mirror
 from .splitmix import uniform
 from .state import ABSORBED, BATCHES, LEFT_OUT
 

@@ -21,7 +21,7 @@ ABSORBED, LEFT_OUT, BELOW, BEHIND, WRAPPED = range(len(ENDS))
 
 ORDER, BODY, WRAPS, BATCH, LOW_RING, HIGH_RING, FAN_RING, RETRIES = range(8)
 """Columns of a ray's state: facet events, body events, times round the period, batch; of a
-fan's ray (see `fans`) the rings between which the first blocked one is, and its own, else −1;
+fan's ray (see `lobe_fans`) the rings between which the first blocked one is, and its own, else −1;
 how often it was lost and sent again."""
 
 
@@ -39,7 +39,7 @@ class RayBatch(NamedTuple):
     state : ndarray of int64, shape (rays, 8)
         Columns ORDER … RETRIES.
     fan : ndarray, shape (rays, 9)
-        The numbers of a fan's ray, columns `fans.START_X` and following.
+        The numbers of a fan's ray, columns `lobe_fans.START_X` and following.
     aspect : float
         Width of a cell over its depth, see `grid.Grid`.
 
@@ -102,7 +102,7 @@ class Scattering(NamedTuple):
 
 
 class FanWork(NamedTuple):
-    """What fans need: see `fans`.
+    """What fans need: see `lobe_fans`.
 
     Attributes
     ----------

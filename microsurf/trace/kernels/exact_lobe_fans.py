@@ -1,6 +1,6 @@
 """Shares of a fan's rings in loops that a processor takes several at a time, compiled.
 
-The numbers are those of `fans.shares`, the quadrature too; only their order in memory is
+The numbers are those of `lobe_fans.shares`, the quadrature too; only their order in memory is
 made for speed, and the slopes of rings are looked up.
 """
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...jit import inlined
 from .exact_walk import LEAST
-from .fans import LAST_THETA, NORMAL_T, NORMAL_Z, Rings, elevation, shares
+from .lobe_fans import LAST_THETA, NORMAL_T, NORMAL_Z, Rings, elevation, shares
 
 _LEVEL = 1e-7  # least slope of a fan's ray: a level one would never end
 
@@ -107,7 +107,7 @@ def steeper(ring, slope, needed, mz, mt, last, chance, rings, nodes):
 def deposit(fan, first, weight, batch, sector, rings, nodes, light, into, tallies, chance):
     """Count what a fan sees, rings below ``first``; the ring to go on along, and with what.
 
-    As `fans.unfold`: ``chance`` in [0, 1) draws the ring, which is −1 if nothing is blocked.
+    As `lobe_fans.unfold`: ``chance`` in [0, 1) draws the ring, which is −1 if nothing is blocked.
     """
     count, total = ring_shares(
         fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], rings, nodes, light, into

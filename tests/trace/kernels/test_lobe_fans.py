@@ -12,7 +12,7 @@ from microsurf.trace import wavefront
 from microsurf.trace.beam import light_direction
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import from_heights
-from microsurf.trace.kernels import fans
+from microsurf.trace.kernels import lobe_fans
 
 TILTS = [(1.0, 0.0), (0.8, 0.6), (0.8, -0.6), (0.6, 0.2), (0.01, 0.9999), (0.01, -0.9999)]
 """Normals by m_z and their part along the azimuth, m_t."""
@@ -39,9 +39,9 @@ def light_between(low, high, mz, mt, n):
 @pytest.mark.parametrize(("mz", "mt"), TILTS)
 def test_shares_are_the_light_of_each_ring(mz, mt, n, tolerance):
     """Parts of all light, as the module's text says; at n = 100 T falls to 0 within a ring."""
-    rings = fans.all_rings(n)
+    rings = lobe_fans.all_rings(n)
     light = np.zeros(len(rings.edges) - 1)
-    count, total = fans.shares(mz, mt, np.pi / 2 + np.arctan2(mt, mz), rings, light)
+    count, total = lobe_fans.shares(mz, mt, np.pi / 2 + np.arctan2(mt, mz), rings, light)
     exact = np.array([light_between(a, b, mz, mt, n) for a, b in itertools.pairwise(rings.edges)])
     assert total == pytest.approx(light.sum(), rel=1e-13)
     assert not light[count:].any()
@@ -57,14 +57,14 @@ def test_directions_within_a_ring_follow_its_light(mz, mt):
 
     Not where all that is seen lies within one ring, which happens to one azimuth in 1e4.
     """
-    rings = fans.all_rings(1.5)
+    rings = lobe_fans.all_rings(1.5)
     light = np.zeros(len(rings.edges) - 1)
-    count, total = fans.shares(mz, mt, np.pi / 2 + np.arctan2(mt, mz), rings, light)
+    count, total = lobe_fans.shares(mz, mt, np.pi / 2 + np.arctan2(mt, mz), rings, light)
     last = np.pi / 2 + np.arctan2(mt, mz)
     chances = (np.arange(500) + 0.5) / 500
     for ring in range(count):
         low, high = rings.edges[ring], min(rings.edges[ring + 1], np.pi / 2 + np.arctan2(mt, mz))
-        theta = [fans.elevation(ring, mz, mt, last, chance, rings) for chance in chances]
+        theta = [lobe_fans.elevation(ring, mz, mt, last, chance, rings) for chance in chances]
         grid = np.linspace(low, high, 2001)
         below = integrate.cumulative_trapezoid(density(grid, mz, mt, 1.5), grid, initial=0)
         gap = np.abs(np.interp(theta, grid, below / below[-1]) - chances).max()

@@ -1,7 +1,7 @@
 """What happens to each ray between two calls of Embree, compiled: the loop where rays scatter.
 
 A light ray is *split* at its first facet: one path is mirrored with weight F, the rest T
-comes out of the substrate as a fan, see `fans` (splitting: Arvo & Kirk 1990, "Particle
+comes out of the substrate as a fan, see `lobe_fans` (splitting: Arvo & Kirk 1990, "Particle
 transport and image synthesis"). The weights add up to the light ray's, so energy is conserved
 ray by ray. At later facets a path draws one of both.
 """
@@ -12,7 +12,8 @@ from ...jit import compiled, inlined
 from ...physics.fresnel_kernels import passed, transmittance
 from ...results import detector
 from .empty_space import push_ray
-from .fans import (
+from .intersection import CONTINUES, ESCAPED, ON_FACET, classify_ray
+from .lobe_fans import (
     COS_PHI,
     FAN,
     LAST_THETA,
@@ -30,7 +31,6 @@ from .fans import (
     sector_of,
     unfold,
 )
-from .intersection import CONTINUES, ESCAPED, ON_FACET, classify_ray
 from .state import ABSORBED, BATCH, BODY, FAN_RING, HIGH_RING, LEFT_OUT, LOW_RING, ORDER, RETRIES
 
 
