@@ -37,7 +37,7 @@ with whole_file(Path("half.txt")) as temporary:
 @pytest.mark.parametrize(
     ("words", "work"),
     [
-        pytest.param(("surface", *ROUGH, "--cells", "4096", "--out", "s.npz"), 5, id="surface"),
+        pytest.param(("surface", *ROUGH, "--cells", "3072", "--out", "s.npz"), 3, id="surface"),
         pytest.param(("predict", *ROUGH, "--theta", ANGLES), 4, id="predict"),
     ],
 )
