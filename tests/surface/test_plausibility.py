@@ -41,6 +41,15 @@ def test_flat_heights_are_a_mirror():
     assert examine(Heightfield(np.zeros((8, 8))), "h") == []
 
 
+def test_a_needle_and_a_cliff_on_a_plane_are_no_fault_of_units():
+    needle, cliff = np.zeros((64, 64)), np.zeros((64, 64))
+    needle[32, 32] = 1e4
+    cliff[:, 16:48] = 1e5
+    for heights in (needle, cliff):
+        (note,) = examine(Heightfield(heights), "h")
+        assert "very steep" in note
+
+
 def test_a_seam_is_seen_in_a_cut_map_and_a_tilt():
     """A map cut from a surface meets itself where heights know nothing of each other."""
     h = generate_surface(2.0, 0.5, cells=256, seed=1)
