@@ -9,6 +9,7 @@ _WHERE = {
     "Heightfield": "surface",
     "Scene": "scene",
     "compare": "analysis.comparison",
+    "from_mitsuba": "model",
     "generate_surface": "surface",
     "measure": "trace",
     "predict": "model",

@@ -84,7 +84,7 @@ class Lobes(NamedTuple):
 class UserBrdfResult:
     """What a user BRDF came to on one scene.
 
-    ``orders`` is "1" or "all"; ``predicted`` holds its lobes by Kd.
+    ``orders`` is "1", "1 and all" or "all"; ``predicted`` holds its lobes by Kd.
     """
 
     name: str

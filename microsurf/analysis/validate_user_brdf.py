@@ -15,6 +15,12 @@ from .validate import Validation
 
 _STRAY = 1e-6
 """Albedo below which a part that the scene does not have is rounding."""
+_QUANTITIES = {
+    "1": ("specular", "body"),
+    "1 and all": ("specular", "body", "total"),
+    "all": ("total",),
+}
+"""What a user BRDF is held against, by the orders that it holds."""
 
 Key = tuple[str, float, float, float]
 
@@ -47,7 +53,7 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
     for kd in entry.scene.material.kd:
         scene = replace(entry.scene, material=replace(entry.scene.material, kd=(kd,)))
         predicted = by_kd[kd] = model.predict_user_brdf(brdf, scene)
-        names = ("total",) if predicted.attrs["orders"] == "all" else ("specular", "body")
+        names = _QUANTITIES[predicted.attrs["orders"]]
         compared = [
             user_brdf.widened(row, _error(predicted, row))
             for row in comparison.compare(entry.measured, predicted, scene, predicted)
@@ -66,6 +72,7 @@ def judge(entry: Validation, brdf: model.UserBrdf, broken: list[str]) -> Validat
     return replace(
         entry,
         comparisons=comparison.ComparisonTable(rows),
+        notes=entry.notes + brdf.remarks(entry.scene),
         faults=broken + [_astray(lobe) for lobe in lobes if lobe.to_measured > lobe.allowed],
         user_brdf=UserBrdfResult(
             brdf.name,
@@ -89,8 +96,9 @@ def _key(row: Comparison) -> Key:
 
 
 def _error(predicted: xr.Dataset, row: Comparison) -> float:
-    part = "all" if row.quantity == "total" else row.quantity
-    return float(predicted.relative_error.sel(theta_i=row.theta_i, phi_i=row.phi_i, part=part))
+    of_parts = predicted.relative_error.sel(theta_i=row.theta_i, phi_i=row.phi_i)
+    # A sum is relatively no worse than the worst of its parts.
+    return float(of_parts.max() if row.quantity == "total" else of_parts.sel(part=row.quantity))
 
 
 def _place(key: Key) -> str:
@@ -103,7 +111,7 @@ def _energy(predicted: xr.Dataset, scene: Scene) -> list[str]:
     by_kind = datasets.by_kind(datasets.hemispherical(predicted.flux), scene.material.n, kd)
     albedo = by_kind.isel(realisation=0, order=0, drop=True)
     stray = {"body": float(predicted.attrs["stray_body"]), "specular": 0.0}
-    if predicted.attrs["orders"] == "1" and not scene.requires.interface:
+    if predicted.attrs["orders"] != "all" and not scene.requires.interface:
         stray["specular"] = float(albedo.sel(kind="specular").max())
     faults = [
         f"user BRDF: a {kind} part of albedo {value:.3g} at n = {scene.material.n:g}, "

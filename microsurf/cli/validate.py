@@ -52,9 +52,9 @@ _ON_TOP = (
 @click.option(
     "--model",
     "user_brdf",
-    metavar="MODULE:CALLABLE|TABLE.csv",
+    metavar="MODULE:CALLABLE|TABLE.csv|mitsuba:PLUGIN,KEY=VALUE,…",
     help="A user BRDF in the model's place: f(i, o), a pair (f_specular, f_body) of order 1 or "
-    "one array of all orders; or a table.",
+    "one array of all orders; a table; or a BSDF of Mitsuba, with what the scene says filled in.",
 )
 @click.option(
     "--baseline",
@@ -94,6 +94,8 @@ def validate_command(
 
     A user BRDF: microsurf validate my_scene.toml --model mypackage:brdf
 
+    A renderer's: microsurf validate my_scene.toml --model mitsuba:roughplastic,nonlinear=true
+
     Until an error is reached, with what that takes said before:
     microsurf validate my_scene.toml --standard-error 1e-3 --dry-run
     """
@@ -105,7 +107,7 @@ def validate_command(
     brdf = None if user_brdf is None else model.load_user_brdf(user_brdf)
     if brdf is not None and not scene_files:  # a mirror's spike is no f(i, o)
         scenes = {name: scene for name, scene in scenes.items() if model.has_values(scene)}
-    broken = {} if brdf is None else {k: model.examine(brdf, scene) for k, scene in scenes.items()}
+    broken = {} if brdf is None else _examined(brdf, scenes)
     for scene in scenes.values():
         refuse(scene.layers, "`microsurf validate`")
         check_tail(scene, allow_truncated_tail)
@@ -175,6 +177,14 @@ def _of_microsurf(
         "self-test",
         lambda: self_test(seed, workers, digits=digits, again=again, progress=True),
     )
+
+
+def _examined(brdf: model.UserBrdf, scenes: dict[str, Scene]) -> dict[str, list[str]]:
+    """What is wrong with a user BRDF on each scene, when what there is to say of it is said."""
+    broken = {name: model.examine(brdf, scene) for name, scene in scenes.items()}
+    for scene in scenes.values():
+        say(brdf.remarks(scene))
+    return broken
 
 
 def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:

@@ -15,7 +15,8 @@ from .registry import MODELS, Model, Walk, all_orders, order_one
 from .single_scattering.facets import Masking
 from .single_scattering.first_order import evaluate, predict
 from .user_brdf.brdf import UserBrdf, examine, has_values
-from .user_brdf.brdf import load as load_user_brdf
+from .user_brdf.load import load as load_user_brdf
+from .user_brdf.mitsuba_bsdf import from_mitsuba
 from .user_brdf.predict import predict_user_brdf
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "evaluate",
     "evaluate_walk",
     "examine",
+    "from_mitsuba",
     "has_values",
     "load_user_brdf",
     "order_one",

@@ -108,6 +108,27 @@ def test_one_array_is_judged_as_all_orders_against_the_walk(entry):
     assert [text.partition(" of ")[0] for text in judged.broken] == ["user BRDF: lobe"]
 
 
+def test_a_pair_that_is_all_the_light_is_judged_in_total_too(entry, example):
+    """Order 1 misses later ones: its kinds hold, its sum is too dark."""
+    judged = judge(entry, replace(example("user_brdf:brdf"), whole=True, notes=lambda _: ["so"]))
+    assert [c.quantity for c in judged.comparisons] == ["specular", "body", "total"]
+    assert judged.user_brdf.orders == "1 and all"
+    total = judged.user_brdf.beside_theory[-1]
+    assert total.user_brdf == pytest.approx(
+        sum(a.user_brdf for a in judged.user_brdf.beside_theory[:2])
+    )
+    assert -0.1 < total.effect < -0.02
+    assert judged.notes[-1] == "so"
+
+
+def test_a_mirror_beside_the_values_counts(entry, example):
+    right = example("user_brdf:brdf")
+    judged = judge(entry, replace(right, mirror=lambda i, _: 0.01 * i[2]))
+    plain = judge(entry, right)
+    more = judged.comparisons[0].predicted - plain.comparisons[0].predicted
+    assert more == pytest.approx(0.01 * np.cos(np.radians(20)))
+
+
 def test_each_kd_is_asked_on_its_own():
     """Lambert's flat Kd/π, which needs no geometry: exact at each Kd, wrong if one is missed."""
     scene = Scene(

@@ -11,13 +11,9 @@ If one of its parameters is called ``scene`` it is given the `Scene`, with one K
 """
 
 import contextlib
-import importlib
-import inspect
-import operator
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +23,7 @@ from ...arrays import real_array
 from ...errors import InputError
 from ...scene import Scene
 from ..directions import direction
-from .table import Table, read_table
+from .table import Table
 
 Array = NDArray[np.float64]
 
@@ -56,6 +52,13 @@ class UserBrdf:
         Whether it has a parameter ``scene``.
     table : Table or None
         Where the values come from a file.
+    whole : bool
+        Whether a pair is all the light that the material sends back: then its sum is held
+        against all orders too.
+    mirror : callable or None
+        ``mirror(i, scene)``, reflectance of a mirror beside the values, at i of shape (3,).
+    notes : callable or None
+        ``notes(scene)``, what to say of it on a scene, in lines.
 
     """
 
@@ -63,6 +66,15 @@ class UserBrdf:
     function: Callable[..., Any]
     takes_scene: bool = False
     table: Table | None = None
+    whole: bool = False
+    mirror: Callable[[Array, Scene], float] | None = None
+    notes: Callable[[Scene], list[str]] | None = None
+
+    def remarks(self, scene: Scene) -> list[str]:
+        """What to say of it on a scene, each line once, whatever the number of Kd."""
+        if self.notes is None:
+            return []
+        return list(dict.fromkeys(text for one in _one_each(scene) for text in self.notes(one)))
 
     def evaluate(self, i: Array, o: Array, scene: Scene) -> dict[str, Array]:
         """Values at directions of shape (n, 3): of "specular" and "body", or of "all".
@@ -113,49 +125,6 @@ def _shown(w: Array) -> str:
     return "(" + ", ".join(f"{c:.6g}" for c in w) + ")"
 
 
-def load(name: str) -> UserBrdf:
-    """Find a user BRDF: ``package.module:callable``, or the name of a table ending in .csv.
-
-    Modules are looked for in the current folder too.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is not callable.
-
-    """
-    if name.lower().endswith(".csv"):
-        table = read_table(Path(name))
-        return UserBrdf(name, table, table=table)
-    module, colon, attribute = name.partition(":")
-    if not (module and colon and attribute):
-        raise InputError(
-            f"--model {name}: must be package.module:callable, or a table FILE.csv of f"
-        )
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        with contextlib.redirect_stdout(sys.stderr):
-            function = operator.attrgetter(attribute)(importlib.import_module(module))
-    except AttributeError as error:
-        raise InputError(f"--model {name}: {error}; name a callable of that module") from error
-    except (Exception, SystemExit) as error:
-        raise InputError(
-            f"--model {name}: can't be imported ({type(error).__name__}: {str(error)[:_LINE]}); "
-            "give package.module:callable, seen from here or installed"
-        ) from error
-    if not callable(function) or inspect.isclass(function):
-        raise InputError(
-            f"--model {name}: is a {type(function).__name__}; must be a callable f(i, o)"
-        )
-    try:
-        takes_scene = "scene" in inspect.signature(function).parameters
-    except (TypeError, ValueError):  # compiled without a signature
-        takes_scene = False
-    return UserBrdf(name, function, takes_scene)
-
-
 def has_values(scene: Scene) -> bool:
     """Whether values f(i, o) can describe a scene: no mirror and no spike as narrow."""
     smooth = scene.surface.file is None and min(scene.roughness.sigma) < SMOOTHEST
@@ -193,8 +162,12 @@ def examine(brdf: UserBrdf, scene: Scene) -> list[str]:
     if brdf.table is not None:
         brdf.table.require(scene.light.theta, scene.light.phi)
         return []
-    one_each = (replace(scene, material=replace(scene.material, kd=(kd,))) for kd in kds)
-    return [text for one in one_each for text in _asked(brdf, one)]
+    return [text for one in _one_each(scene) for text in _asked(brdf, one)]
+
+
+def _one_each(scene: Scene) -> list[Scene]:
+    """The scene with each of its Kd alone."""
+    return [replace(scene, material=replace(scene.material, kd=(kd,))) for kd in scene.material.kd]
 
 
 def _asked(brdf: UserBrdf, scene: Scene) -> list[str]:

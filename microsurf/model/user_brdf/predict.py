@@ -30,8 +30,9 @@ def predict_user_brdf(brdf: UserBrdf, scene: Scene) -> xr.Dataset:
     -------
     xarray.Dataset
         As `microsurf.results.datasets` describes, one realisation and order 1 alone; ``orders`` in
-        its attributes is "1", or "all" of a user BRDF that holds all orders and kinds
-        together: all its light then stands under order 1 with no body event.
+        its attributes is "1", "1 and all" of one whose pair is all its light, or "all" of a
+        user BRDF that holds all orders and kinds together: all its light then stands under
+        order 1 with no body event.
         ``relative_error[part, theta_i, phi_i]`` bounds the error of the albedo: of the
         quadrature, and of a table what leaving out every second of its θ_o and φ_o
         changes. Without a substrate a body part has no place in it: ``stray_body`` is its
@@ -60,8 +61,9 @@ def predict_user_brdf(brdf: UserBrdf, scene: Scene) -> xr.Dataset:
         elif len(names) == 2:
             stray = max(stray, float(bins[1].sum()))
         errors.append(error)
-    attrs = {
-        "orders": "all" if names == (ALL,) else "1",
+    pair = "1 and all" if brdf.whole else "1"
+    attrs: dict[str, str | float | int] = {
+        "orders": "all" if names == (ALL,) else pair,
         "stray_body": stray,
         "seconds": time.perf_counter() - begin,
     }
@@ -84,6 +86,10 @@ def _lobes(
 
     bins, error = integrate(lambda o: values(brdf, o), theta, phi)
     names = (ALL,) if len(bins) == 1 else (SPECULAR, BODY)
+    if brdf.mirror is not None:
+        bins[0, detector.ring_of(float(np.degrees(theta))), detector.SECTORS // 2] += brdf.mirror(
+            i, scene
+        )
     if brdf.table is not None:
         halved = UserBrdf(brdf.name, brdf.table.coarser())
         coarse, _ = integrate(lambda o: values(halved, o), theta, phi)
