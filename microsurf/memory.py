@@ -13,7 +13,10 @@ from .errors import InputError
 
 _PROC, _CGROUP = Path("/proc"), Path("/sys/fs/cgroup")
 
-TRACE_BYTES_PER_CELL = 500
+EXACT_BYTES_PER_CELL = 120
+"""Peak of synthesis and of what the exact engine makes of a surface (measured at 512²: 85)."""
+
+EMBREE_BYTES_PER_CELL = 500
 """Peak of synthesis, triangles and Embree's tree together (measured at 1024²: 330 to 420)."""
 
 SURFACE_BYTES_PER_CELL = 250

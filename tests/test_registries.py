@@ -36,7 +36,7 @@ from microsurf.surface import (
     write_surface,
 )
 from microsurf.trace import exact
-from microsurf.trace.engine import Tracer, tracer_of
+from microsurf.trace.engine import EXACT, tracer_of
 
 SCENE = Scene(
     material=Material(1.5, (0.0,)),
@@ -112,7 +112,10 @@ def plane(*_):
     return ToyTile(exact.exact_tile(np.zeros((2, 2)), np.zeros((2, 2), np.bool_)))
 
 
-TOY = Tracer(plane, plane, lambda tile, *args, **kwargs: exact.trace(tile.plane, *args, **kwargs))
+TOY = replace(
+    EXACT, tile_of=plane, plane=plane,
+    trace=lambda tile, *args, **kwargs: exact.trace(tile.plane, *args, **kwargs),
+)  # fmt: skip
 
 
 @pytest.fixture

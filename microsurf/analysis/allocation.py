@@ -13,12 +13,10 @@ from ..errors import InputError
 from ..results import uncertainty
 from ..scene import MOST_PATHS, Accuracy, Scene
 from ..stats import intervals
+from ..trace import engine
 from ..trace.scheduler import MOST_SURFACES
 
 PILOT_SURFACES, PILOT_PATHS = 4, 32_768
-SURFACE_COST = 3.0
-"""Time to make and upload a cell in that of a path on one thread: fixed, so that the same
-command plans the same on every machine."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,7 @@ def cheapest(wanted: list[Wanted], scene: Scene, cells: int, *, single: bool) ->
             )
         return least, each
     hardest = max(wanted, key=lambda w: w.surfaces(PILOT_PATHS))
-    surface_cost = SURFACE_COST * cells / scene.light.angles
+    surface_cost = engine.of_scene(scene).cell_cost * cells / scene.light.angles
     paths = PILOT_PATHS * 32.0
     if hardest.between > 0:
         paths = np.sqrt(hardest.of_path * surface_cost / hardest.between)

@@ -16,7 +16,7 @@ from .. import memory
 from ..results import uncertainty
 from ..scene import Scene
 from ..surface import surfaces_of
-from ..trace import measure
+from ..trace import engine, measure
 from .allocation import PILOT_PATHS, PILOT_SURFACES, Wanted, cheapest, wanted_of
 
 TILE = 64
@@ -180,7 +180,8 @@ def plan(
         error=max((e for e, w in zip(errors, wanted, strict=True) if not w.lobe), default=0.0),
         lobe_error=max((e for e, w in zip(errors, wanted, strict=True) if w.lobe), default=0.0),
         seconds=realisations * (per_surface + angles * planned * per_path),
-        memory=cells * memory.TRACE_BYTES_PER_CELL + realisations * angles * memory.BYTES_PER_LOBE,
+        memory=cells * engine.of_scene(scene).bytes_per_cell
+        + realisations * angles * memory.BYTES_PER_LOBE,
         notes=(*_notes(scene), *_missed(wanted, planned_scene)),
     )
 

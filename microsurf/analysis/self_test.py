@@ -24,6 +24,7 @@ def self_test(
     digits: bool = True,
     again: bool = False,
     progress: bool = False,
+    engine: str = AUTO,
 ) -> SelfTest:
     """Check microsurf, or give what that came to when this version was first checked here.
 
@@ -39,19 +40,21 @@ def self_test(
         Check now, whatever is remembered.
     progress : bool
         Show progress bars on standard error if that is a terminal.
+    engine : str
+        What traces; each is remembered apart.
 
     """
     held = remembered(
-        f"invariants, engine {AUTO}, seed {seed}",
-        lambda: global_invariants(seed, workers, progress=progress),
+        f"invariants, engine {engine}, seed {seed}",
+        lambda: global_invariants(seed, workers, engine=engine, progress=progress),
         lambda found: not broken(found),
         again=again,
     )
     if not digits:
         return SelfTest(held.value, None, held.date)
     mapped = remembered(
-        "stability, quick",
-        lambda: survey(quick=True, progress=progress),
+        f"stability, quick, engine {engine}",
+        lambda: survey(quick=True, engine=engine, progress=progress),
         lambda found: found.sound,
         again=again,
     )

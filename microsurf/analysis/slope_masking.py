@@ -19,9 +19,8 @@ from ..physics.facet import mirror
 from ..physics.fresnel import reflectance
 from ..scene import Scene
 from ..surface import Heightfield, mesh, surfaces_of
+from ..trace import engine
 from ..trace.beam import light_direction
-from ..trace.embree import EmbreeTile
-from ..trace.grid import from_heights
 from ..trace.visibility import MeshFacets, Visibility, facets_of, visibility
 
 Array = NDArray[np.float64]
@@ -144,8 +143,8 @@ def _look(
 ) -> _Seen:
     surface_mesh = mesh(surface)
     rough, material = scene.roughness, scene.material
-    tile = EmbreeTile(from_heights(surface_mesh.heights, surface_mesh.flipped, surface_mesh.aspect))
-    facets = facets_of(tile.grid, rough.sigma_x, rough.sigma_y, edges)
+    tile = engine.tile_of(engine.engine_of(scene), surface_mesh)
+    facets = facets_of(tile, rough.sigma_x, rough.sigma_y, edges)
     sides = _azimuths(scene, surface, realisation)
     rays = -(-RAYS // len(sides))
 

@@ -277,6 +277,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
             "rays": int(entry.measured.attrs["rays"]),
             "tracing_seconds": entry.measured.attrs["seconds"],
             "embree_ratio": entry.measured.attrs["embree_ratio"],
+            "engine": entry.measured.attrs["engine"],
         },
         "predicted": {
             key: albedos.figures(prediction) for key, prediction in entry.predicted.items()

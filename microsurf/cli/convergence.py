@@ -14,6 +14,7 @@ from ..report import make_folder
 from ..report.figures.convergence import draw
 from ..scene import Scene
 from ..surface import notes_on_file
+from ..trace import engine
 from .options import (
     INPUT,
     PATH,
@@ -95,7 +96,7 @@ def _check(scene: Scene, most: int) -> None:
         say(notes_on_file(scene))
     elif scene.requires.roughness:
         cells = max(most, scene.surface.cells)
-        memory.require(cells**2, memory.TRACE_BYTES_PER_CELL, "surface.cells")
+        memory.require(cells**2, engine.of_scene(scene).bytes_per_cell, "surface.cells")
 
 
 def _save(convergence: Convergence, values: dict[str, Any], out: Path) -> None:

@@ -17,10 +17,11 @@ from ..analysis.validate import Validation, validate_scene
 from ..errors import InputError
 from ..report import sections
 from ..results import uncertainty
-from ..scene import Scene, expectation
+from ..scene import Accuracy, Scene, expectation
 from ..scene.builtin import built_in_scenes
 from ..scene.layers import refuse
 from ..surface import StdFit
+from ..trace.engine import AUTO
 from .options import (
     INPUT,
     PATH,
@@ -145,7 +146,9 @@ def validate_command(
         page.add(results[-1], sections.of_scene(results[-1], page.slug))
         page.write_so_far()
     # The digits of the formulas take half a minute, and are shown with the main job alone.
-    checked = _of_microsurf(run, seed, workers, digits=not scene_files, again=check_again)
+    checked = _of_microsurf(
+        run, seed, workers, digits=not scene_files, again=check_again, engine=given["engine"]
+    )
     document = page.finish(checked.invariants, before, sections.of_all(results, checked))
     run.finish()
     unexpected = report.unexpected(document)
@@ -170,12 +173,13 @@ def validate_command(
 
 
 def _of_microsurf(
-    run: Run, seed: int, workers: int | None, *, digits: bool, again: bool
+    run: Run, seed: int, workers: int | None, *, digits: bool, again: bool, engine: str | None
 ) -> SelfTest:
     """What holds whatever the scene: invariants, and how many digits of the formulas are right."""
-    return run.stages(seed=seed, digits=digits, again=again).done(
+    name = Accuracy(engine=engine).engine or AUTO
+    return run.stages(seed=seed, digits=digits, again=again, engine=name).done(
         "self-test",
-        lambda: self_test(seed, workers, digits=digits, again=again, progress=True),
+        lambda: self_test(seed, workers, digits=digits, again=again, progress=True, engine=name),
     )
 
 

@@ -17,7 +17,11 @@ from .symmetry import symmetries, unit_of_length
 
 
 def global_invariants(
-    seed: int = 0, workers: int | None = None, *, progress: bool = False
+    seed: int = 0,
+    workers: int | None = None,
+    *,
+    engine: str = AUTO,
+    progress: bool = False,
 ) -> list[Invariant]:
     """Show what must hold: furnaces, reciprocity, projected area, limits, symmetries, workers.
 
@@ -29,20 +33,22 @@ def global_invariants(
         Of surfaces and rays; the same list whatever the number of workers.
     workers : int, optional
         Threads; default one for each core. The last step starts two processes besides.
+    engine : str
+        What traces, "exact" or "embree".
     progress : bool
         Show a progress bar on standard error if that is a terminal.
 
     """
-    work_items.compiled(AUTO)
+    work_items.compiled(engine)
     with ThreadPoolExecutor(workers or memory.cores()) as pool:
         steps = (
-            lambda: furnaces(pool, seed, workers),
-            lambda: reciprocity(pool, seed),
-            lambda: projected_area(pool, seed),
-            lambda: limits(pool, seed, workers),
-            lambda: symmetries(pool, seed),
-            lambda: unit_of_length(seed, workers),
-            lambda: threads(seed),
+            lambda: furnaces(pool, seed, workers, engine),
+            lambda: reciprocity(pool, seed, engine),
+            lambda: projected_area(pool, seed, engine),
+            lambda: limits(pool, seed, workers, engine),
+            lambda: symmetries(pool, seed, engine),
+            lambda: unit_of_length(seed, workers, engine),
+            lambda: threads(seed, engine),
         )
         bar = tqdm(steps, disable=None if progress else True, desc="invariants", unit=" steps")
         return [invariant for step in bar for invariant in step()]

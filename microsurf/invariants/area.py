@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics import smith
-from ..surface import Heightfield, facet_slopes, generate_surface, mesh
+from ..surface import Heightfield, Mesh, facet_slopes, generate_surface, mesh
+from ..trace import engine
 from ..trace.beam import light_direction, stratified_points
-from ..trace.embree import EmbreeTile
-from ..trace.grid import MARGIN, Grid, triangles
-from ..trace.kernels.empty_space import OFFSET
-from ..trace.wavefront import Tile
+from ..trace.engine import AUTO, AnyTile
 from . import false_alarms
 from .invariant import Invariant
 from .replicates import RUNS, heights_of, tile_of
@@ -53,100 +51,74 @@ def closed(surfaces: Iterable[Heightfield]) -> Invariant:
     )
 
 
-def vector_area(grid: Grid) -> float:
-    """Distance of Σ area · normal from (0, 0, 1): triangles as traced, of one period."""
-    vertices, faces = triangles(grid)
-    cells = faces.reshape(grid.rows + 2 * MARGIN, grid.columns + 2 * MARGIN, 2, 3)
-    inner = cells[MARGIN:-MARGIN, MARGIN:-MARGIN].reshape(-1, 3)
-    a, b, c = (vertices[inner[:, k]].astype(float) for k in range(3))
-    total = np.cross(b - a, c - a).sum(axis=0) / 2
-    return float(np.linalg.norm(total / (grid.rows * grid.columns) - [0, 0, 1]))
+def vector_area(period: Mesh) -> float:
+    """Distance of Σ area · normal from (0, 0, 1): the facets of `engine.period_of` a tile."""
+    p, q = _slopes(period)
+    return float(np.hypot(p.mean(), q.mean()))
 
 
-def mean_g1(grid: Grid, theta: float, phi: float) -> float:
+def mean_g1(tile: AnyTile, theta: float, phi: float) -> float:
     """cosθ over the projected area of all facets that face (θ, φ), degrees: exact by its sum."""
     w = light_direction(theta, phi)
-    facing = np.maximum(w[2] - np.tensordot(w[:2], _slopes(grid), 1), 0).mean()
+    slopes = _slopes(engine.period_of(tile))
+    facing = np.maximum(w[2] - np.tensordot(w[:2], slopes, 1), 0).mean()
     return float(w[2] / facing)
 
 
-def _slopes(grid: Grid) -> Array:
-    """Slopes p and q of both facets of every cell that is not flipped, shape (2, 2, rows, …)."""
-    heights = grid.heights[MARGIN:-MARGIN, MARGIN:-MARGIN].astype(float)
+def _slopes(period: Mesh) -> Array:
+    """Slopes p and q of both facets of every square cell, shape (2, 2, rows, columns)."""
+    heights, flipped = period.heights, period.flipped
     along_x, along_y = np.diff(heights, axis=1), np.diff(heights, axis=0)
-    return np.array([[along_x[:-1], along_x[1:]], [along_y[:, 1:], along_y[:, :-1]]])
+    left, right = along_y[:, :-1], along_y[:, 1:]
+    across = [np.where(flipped, left, right), np.where(flipped, right, left)]
+    return np.array([[along_x[:-1], along_x[1:]], across])
 
 
-def visible_area(tile: Tile, theta: float, phi: float, rng: np.random.Generator) -> float:
+def visible_area(tile: AnyTile, theta: float, phi: float, rng: np.random.Generator) -> float:
     """⟨w·m⟩ · visibility · area of the facets, per unit of mean plane, at POINTS points.
 
     From points of the surface that face (θ, φ), degrees, a ray goes that way; what
-    gets out sees the light. Its start is moved off the facet, as the tracer's rays are, by
-    a part of 5e−7 of the coordinates: the estimate is biased by about as little.
+    gets out sees the light. No cell may be flipped.
     """
-    grid = tile.grid
+    period = engine.period_of(tile)
+    rows, columns = period.flipped.shape
     w = light_direction(theta, phi)
-    u, v = (stratified_points(POINTS, rng) * (grid.columns, grid.rows)).T
+    u, v = (stratified_points(POINTS, rng) * (columns, rows)).T
     column, row = u.astype(int), v.astype(int)
     upper = (v - row > u - column).astype(int)
-    p, q = _slopes(grid)[:, upper, row, column]
+    p, q = _slopes(period)[:, upper, row, column]
     facing = w[2] - w[0] * p - w[1] * q
-    corner = grid.heights[row + MARGIN, column + MARGIN].astype(float)
-    height = corner + p * (u - column) + q * (v - row)
-    normal = np.stack([-p, -q, np.ones_like(p)]) / np.sqrt(1 + p**2 + q**2)
-    step = OFFSET * grid.reach * np.abs(normal).sum(axis=0)
-    start = np.stack([u + grid.x0 + MARGIN, v + grid.y0 + MARGIN, height]) + step * normal
+    height = period.heights[row, column] + p * (u - column) + q * (v - row)
+    normal = np.stack([-p, -q, np.ones_like(p)], axis=1) / np.sqrt(1 + p**2 + q**2)[:, None]
     front = facing > 0
-    return float(facing[front] @ _gets_out(tile, start.T[front], w) / POINTS)
+    facets = 2 * (row * columns + column) + upper
+    points = np.stack([u, v, height], axis=1)
+    out = engine.ways_out(tile, facets[front], points[front], normal[front], w)
+    return float(facing[front] @ out / POINTS)
 
 
-def _gets_out(tile: Tile, origins: Array, w: Array) -> NDArray[np.bool_]:
-    """Which rays from ``origins`` along w, one direction for all, meet no triangle."""
-    grid = tile.grid
-    period = np.array([grid.columns, grid.rows])
-    low = np.array([grid.x0, grid.y0])
-    high = low + period + 2 * MARGIN
-    out = np.zeros(len(origins), bool)
-    pending = np.arange(len(origins))
-    position = origins.copy()
-    while len(pending):
-        rays = np.tile(w.astype(np.float32), (len(pending), 1))
-        hits = tile.intersect(position[pending].astype(np.float32), rays).triangle
-        pending = pending[hits < 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            wall = np.where(w[:2] > 0, high, low)
-            t = np.where(w[:2] != 0, (wall - position[pending, :2]) / w[:2], np.inf)
-        last = t.min(axis=1)
-        above = position[pending, 2] + last * w[2] >= grid.top
-        out[pending[above]] = True
-        pending, axis, last = pending[~above], np.argmin(t, axis=1)[~above], last[~above]
-        # A little back, so that rounding leaves no gap between the two parts.
-        position[pending] += (last - 2.0**-18 * grid.reach)[:, None] * w
-        position[pending, axis] -= np.sign(w[axis]) * period[axis]
-    return out
-
-
-def projected_area(pool: Executor, seed: int) -> list[Invariant]:
-    """Check the traced triangles and the visible area, on surfaces of SURFACES."""
-    grids = [
-        tile_of(heights_of(generate_surface(gamma, sigma, cells=CELLS, seed=seed)))
+def projected_area(pool: Executor, seed: int, name: str = AUTO) -> list[Invariant]:
+    """Check the traced facets and the visible area, on surfaces of SURFACES, with one engine."""
+    tiles = [
+        tile_of(heights_of(generate_surface(gamma, sigma, cells=CELLS, seed=seed)), engine=name)
         for gamma, sigma in SURFACES
     ]
-    whole = max(vector_area(tile.grid) for tile in grids)
-    steepest = max(float(np.abs(_slopes(tile.grid)).mean()) for tile in grids)
+    periods = [engine.period_of(tile) for tile in tiles]
+    whole = max(vector_area(period) for period in periods)
+    steepest = max(float(np.abs(_slopes(period)).mean()) for period in periods)
     return [
         Invariant(
-            "projected area of the traced triangles",
-            "Σ area · normal of the triangles given to Embree is the mean plane's, each period",
+            "projected area of the traced facets",
+            "Σ area · normal of the facets that rays meet is the mean plane's, each period",
             whole,
             _EPS * (1 + steepest) * 2 * CELLS**2,
             "distance of the vectors per unit of mean plane; rounding of 2 · 128² sums at worst",
         ),
-        visible(pool, grids, (seed, 2)),
+        visible(pool, tiles, (seed, 2)),
     ]
 
 
-def visible(pool: Executor, tiles: list[EmbreeTile], seed_words: tuple[int, ...]) -> Invariant:
+def visible(pool: Executor, tiles: list[AnyTile], seed_words: tuple[int, ...]) -> Invariant:
     """Σ ⟨w·m⟩ · visible area = cosθ, by rays from the surface towards the light."""
     jobs = [(k, light, run) for k in range(len(tiles)) for light in LIGHT for run in range(RUNS)]
 
@@ -164,7 +136,7 @@ def visible(pool: Executor, tiles: list[EmbreeTile], seed_words: tuple[int, ...]
             figures[f"{key}: visible area / cosθ − 1 in %"] = 100 * (values.mean() / cosine - 1)
             error = values.std(ddof=1) / np.sqrt(RUNS)
             figures[f"{key}: standard error in %"] = 100 * error / cosine
-            figures[f"{key}: mean G1 of the mesh"] = mean_g1(tile.grid, theta, phi)
+            figures[f"{key}: mean G1 of the mesh"] = mean_g1(tile, theta, phi)
             figures[f"{key}: Smith's G1"] = float(
                 smith.g1(light_direction(theta, phi), gamma, sigma)
             )

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,7 @@ from ..errors import MicrosurfError
 from ..model.random_walk.simulate import CHUNK, walk
 from ..scene import Accuracy, Light, Scene, Surface
 from ..trace import measure
+from ..trace.engine import AUTO
 from .invariant import Invariant
 from .replicates import differing
 
@@ -59,12 +61,13 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def threads(seed: int) -> Iterator[Invariant]:
+def threads(seed: int, engine: str = AUTO) -> Iterator[Invariant]:
     """One thread, two, three, and two processes."""
-    one = measure(SCENE, seed=seed, workers=1)
+    scene = replace(SCENE, accuracy=replace(SCENE.accuracy, engine=engine))
+    one = measure(scene, seed=seed, workers=1)
     size = sum(one[name].size for name in one.data_vars)
     figures = {
-        f"{workers} threads": float(apart(one, measure(SCENE, seed=seed, workers=workers)))
+        f"{workers} threads": float(apart(one, measure(scene, seed=seed, workers=workers)))
         for workers in (2, 3)
     }
     detail = ""
@@ -74,7 +77,7 @@ def threads(seed: int) -> Iterator[Invariant]:
             with _deaf():
                 for _ in range(2):
                     executor.submit(int)  # each starts a process
-            elsewhere = measure(SCENE, seed=seed, executor=executor, workers=2)
+            elsewhere = measure(scene, seed=seed, executor=executor, workers=2)
         figures["2 processes"] = float(apart(one, elsewhere))
     except (MicrosurfError, OSError) as error:
         figures["2 processes"] = np.inf

@@ -22,6 +22,7 @@ from ..physics import facet, fresnel
 from ..results import albedos
 from ..scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from ..trace import measure
+from ..trace.engine import AUTO
 from . import false_alarms
 from .invariant import Invariant
 from .walk_furnace import furnace
@@ -39,12 +40,12 @@ MIRROR = Material(1e-15, k=10.0)
 _CLOSED = 1e-12
 
 
-def explicit_scenes() -> Iterator[Scene]:
+def explicit_scenes(engine: str = AUTO) -> Iterator[Scene]:
     """White scenes of every index and distribution, and perfect mirrors."""
     base = Scene(
         surface=Surface(cells=64, realisations=1),
         light=Light(THETAS),
-        accuracy=Accuracy(PATHS),
+        accuracy=Accuracy(PATHS, engine=engine),
     )
     for n, (gamma, sigma) in product(INDICES, SLOPES):
         yield replace(base, material=Material(n, (1.0,)), roughness=Roughness(gamma, (sigma,)))
@@ -52,10 +53,10 @@ def explicit_scenes() -> Iterator[Scene]:
         yield replace(base, material=MIRROR, roughness=Roughness(gamma, (sigma,)))
 
 
-def traced(seed: int, workers: int | None) -> Invariant:
+def traced(seed: int, workers: int | None, engine: str = AUTO) -> Invariant:
     """Albedo + lost of explicit white surfaces."""
     gaps, lost, paths = [], 0.0, 0.0
-    for scene in explicit_scenes():
+    for scene in explicit_scenes(engine):
         measured = measure(scene, seed=seed, workers=workers)
         total = measured.microsurf.albedo(kd=scene.material.kd[0])
         away = albedos.lost_light(measured)
@@ -184,10 +185,10 @@ def evaluated_lambertian(
     return np.asarray(2 * np.pi * mean.total * cosine)
 
 
-def furnaces(pool: Executor, seed: int, workers: int | None) -> list[Invariant]:
+def furnaces(pool: Executor, seed: int, workers: int | None, engine: str = AUTO) -> list[Invariant]:
     """All of them."""
     return [
-        traced(seed, workers),
+        traced(seed, workers, engine),
         walked(seed, workers),
         evaluated_facet(),
         evaluated_walk(pool, seed),

@@ -12,6 +12,7 @@ from ..physics import facet
 from ..scene import Accuracy, Light, Material, Roughness, Scene
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
+from ..trace.engine import AUTO
 from ..trace.wavefront import FacetOptics
 from . import false_alarms
 from .invariant import Invariant
@@ -25,21 +26,21 @@ RINGS = 1e-6
 """Of the light: how well a fan's shares know a ring, see `trace.kernels.lobe_fans`."""
 
 
-def _scene(n: float, sigma: float, thetas: tuple[float, ...] = THETAS) -> Scene:
+def _scene(n: float, sigma: float, engine: str, thetas: tuple[float, ...] = THETAS) -> Scene:
     return Scene(
         material=Material(n, (KD,)),
         roughness=Roughness(8.0, (sigma,)),
         light=Light(thetas),
-        accuracy=Accuracy(2000),
+        accuracy=Accuracy(2000, engine=engine),
     )
 
 
-def flat(seed: int, workers: int | None) -> Iterator[Invariant]:
+def flat(seed: int, workers: int | None, engine: str = AUTO) -> Iterator[Invariant]:
     """A mesh without relief against closed forms, with an interface and without."""
     mesh = [Heightfield(np.zeros((16, 16)))]
     albedos, rings = [], []
     for n in (1.0, 1.33, 1.5, 2.4):
-        scene = _scene(n, 0.0)
+        scene = _scene(n, 0.0, engine)
         measured = measure(scene, mesh, seed=seed, workers=workers)
         expected = facet.albedo(np.cos(np.radians(THETAS)), n, KD)
         total = measured.microsurf.albedo(kd=KD).values.ravel()
@@ -78,14 +79,14 @@ def ring_gap(measured: Array, predicted: Array) -> float:
     return float(np.abs(caps[0][:, :kinds] - caps[1][:, :kinds]).max())
 
 
-def small_roughness(seed: int, workers: int | None) -> Invariant:
+def small_roughness(seed: int, workers: int | None, engine: str = AUTO) -> Invariant:
     """σ → 0 on explicit surfaces: what is left is second order."""
     thetas = (0.0, 30.0, 60.0)
     expected = facet.albedo(np.cos(np.radians(thetas)), 1.5, KD)
     figures = {}
     for sigma in (1e-2, 1e-3):
         mesh = [generate_surface(8.0, sigma, cells=64, seed=seed)]
-        scene = _scene(1.5, sigma, thetas)
+        scene = _scene(1.5, sigma, engine, thetas)
         total = measure(scene, mesh, seed=seed, workers=workers).microsurf.albedo(kd=KD)
         figures[f"σ = {sigma:g}"] = float(np.abs(total.values.ravel() - expected).max())
     return Invariant(
@@ -100,9 +101,10 @@ def small_roughness(seed: int, workers: int | None) -> Invariant:
     )
 
 
-def small_interface(pool: Executor, seed: int) -> list[Invariant]:
+def small_interface(pool: Executor, seed: int, engine: str = AUTO) -> list[Invariant]:
     """n → 1: on an explicit surface by z, in the model by its rate."""
-    tile = tile_of(heights_of(generate_surface(2.0, 0.5, cells=64, seed=seed)))
+    heights = heights_of(generate_surface(2.0, 0.5, cells=64, seed=seed))
+    tile = tile_of(heights, engine=engine)
     without = FacetOptics(1.0, interface=False, substrate=True, multiple_scattering=True)
     almost = FacetOptics(1 + 1e-9, interface=True, substrate=True, multiple_scattering=True)
     lobes = [
@@ -150,10 +152,10 @@ def _order_1(n: float) -> Array:
     return np.asarray(albedos.sum(("order", "kind")).values)
 
 
-def limits(pool: Executor, seed: int, workers: int | None) -> list[Invariant]:
+def limits(pool: Executor, seed: int, workers: int | None, engine: str = AUTO) -> list[Invariant]:
     """All of them."""
     return [
-        *flat(seed, workers),
-        small_roughness(seed, workers),
-        *small_interface(pool, seed),
+        *flat(seed, workers, engine),
+        small_roughness(seed, workers, engine),
+        *small_interface(pool, seed, engine),
     ]

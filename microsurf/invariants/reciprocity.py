@@ -21,7 +21,8 @@ from scipy.stats import qmc
 
 from ..results import detector
 from ..surface import generate_surface
-from ..trace.wavefront import FacetOptics, Tile, trace
+from ..trace.engine import AUTO, AnyTile, trace
+from ..trace.wavefront import FacetOptics
 from . import false_alarms
 from .invariant import Invariant
 from .replicates import RUNS, heights_of, tile_of, weighted
@@ -81,7 +82,11 @@ def skewed(seed: int) -> Array:
 
 
 def fluxes(
-    pool: Executor, tile: Tile, facet: FacetOptics, seed_words: tuple[int, ...], paths: int = PATHS
+    pool: Executor,
+    tile: AnyTile,
+    facet: FacetOptics,
+    seed_words: tuple[int, ...],
+    paths: int = PATHS,
 ) -> Array:
     """Ω(A) · flux(A → B) by run, patch A, patch B and quantity."""
 
@@ -142,6 +147,6 @@ def _figures(there: Array, back: Array) -> Mapping[str, float]:
     return figures
 
 
-def reciprocity(pool: Executor, seed: int) -> list[Invariant]:
+def reciprocity(pool: Executor, seed: int, engine: str = AUTO) -> list[Invariant]:
     """Trace from each patch and judge."""
-    return [judge(fluxes(pool, tile_of(skewed(seed)), IL, (seed, 1)))]
+    return [judge(fluxes(pool, tile_of(skewed(seed), engine=engine), IL, (seed, 1)))]

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results import datasets, detector
-from ..surface import Heightfield, mesh
-from ..trace.embree import EmbreeTile
-from ..trace.grid import from_heights
-from ..trace.wavefront import FacetOptics, Tally, Tile, trace
+from ..surface import Heightfield, Mesh, mesh
+from ..trace.engine import AUTO, AnyTile, trace
+from ..trace.engine import tile_of as engines_tile
+from ..trace.wavefront import FacetOptics, Tally
 
 Array = NDArray[np.float64]
 
@@ -22,9 +22,9 @@ FEATURES = (
 """What two lots of runs are compared by: albedos, and moments of all light that leaves."""
 
 
-def tile_of(heights: Array, *, flipped: bool = False) -> EmbreeTile:
-    """A mesh of one period of heights in cells; ``flipped``: by the other diagonals."""
-    return EmbreeTile(from_heights(heights, np.full(heights.shape, flipped)))
+def tile_of(heights: Array, *, flipped: bool = False, engine: str = AUTO) -> AnyTile:
+    """An engine's tile of one period of heights in cells; ``flipped``: by the other diagonals."""
+    return engines_tile(engine, Mesh(heights, np.full(heights.shape, flipped), 1.0))
 
 
 def heights_of(surface: Heightfield) -> Array:
@@ -41,7 +41,7 @@ def differing(a: Array, b: Array) -> int:
 
 def runs(
     pool: Executor,
-    tile: Tile,
+    tile: AnyTile,
     light: tuple[float, float],
     facet: FacetOptics,
     paths: int,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..scene import Accuracy, Light, Scene, Surface
 from ..surface import Heightfield, generate_surface
 from ..trace import measure
-from ..trace.embree import EmbreeTile
+from ..trace.engine import AUTO, AnyTile
 from . import false_alarms
 from .invariant import Invariant
 from .reciprocity import IL, KD, skewed
@@ -22,23 +22,24 @@ LIGHT = (60.0, 30.0)
 PATHS = 8000
 
 
-def moved(heights: Array) -> Iterator[tuple[str, EmbreeTile, float, float]]:
+def moved(heights: Array, engine: str = AUTO) -> Iterator[tuple[str, AnyTile, float, float]]:
     """The same surface put down otherwise: name, mesh, azimuth of the light, and its handedness.
 
     A quarter turn and a mirror exchange the two diagonals of a cell.
     """
     back = -np.arange(len(heights))
     phi = LIGHT[1]
-    yield "as it is", tile_of(heights), phi, 1.0
-    yield "half turn", tile_of(heights[back][:, back]), phi + 180, 1.0
-    yield "quarter turn", tile_of(heights.T[:, back], flipped=True), phi + 90, 1.0
-    yield "mirror", tile_of(heights[:, back], flipped=True), 180 - phi, -1.0
-    yield "shifted", tile_of(np.roll(heights, (11, 23), (0, 1))), phi, 1.0
-    yield "two periods", tile_of(np.tile(heights, (2, 1))), phi, 1.0
+    made = partial(tile_of, engine=engine)
+    yield "as it is", made(heights), phi, 1.0
+    yield "half turn", made(heights[back][:, back]), phi + 180, 1.0
+    yield "quarter turn", made(heights.T[:, back], flipped=True), phi + 90, 1.0
+    yield "mirror", made(heights[:, back], flipped=True), 180 - phi, -1.0
+    yield "shifted", made(np.roll(heights, (11, 23), (0, 1))), phi, 1.0
+    yield "two periods", made(np.tile(heights, (2, 1))), phi, 1.0
 
 
 def seen(
-    pool: Executor, tile: EmbreeTile, phi: float, hand: float, seed_words: tuple[int, ...]
+    pool: Executor, tile: AnyTile, phi: float, hand: float, seed_words: tuple[int, ...]
 ) -> Array:
     """FEATURES by run; ``hand`` −1 exchanges left and right of the plane of incidence."""
     of_one = partial(features, n=IL.n, kd=KD)
@@ -47,12 +48,12 @@ def seen(
     return replicates
 
 
-def symmetries(pool: Executor, seed: int) -> Iterator[Invariant]:
+def symmetries(pool: Executor, seed: int, engine: str = AUTO) -> Iterator[Invariant]:
     """Turn and shift a surface that has no symmetry of its own."""
     heights = skewed(seed)
     lots = {
         name: seen(pool, tile, phi, hand, (seed, 5, k))
-        for k, (name, tile, phi, hand) in enumerate(moved(heights))
+        for k, (name, tile, phi, hand) in enumerate(moved(heights, engine))
     }
     base = lots["as it is"]
     for name, statement, which in (
@@ -81,9 +82,13 @@ def symmetries(pool: Executor, seed: int) -> Iterator[Invariant]:
         )
 
 
-def unit_of_length(seed: int, workers: int | None) -> Iterator[Invariant]:
+def unit_of_length(seed: int, workers: int | None, engine: str = AUTO) -> Iterator[Invariant]:
     """Heights and spacing in other units."""
-    scene = Scene(light=Light((60.0,)), surface=Surface(realisations=1), accuracy=Accuracy(50_000))
+    scene = Scene(
+        light=Light((60.0,)),
+        surface=Surface(realisations=1),
+        accuracy=Accuracy(50_000, engine=engine),
+    )
     surface = generate_surface(2.0, 0.5, cells=64, seed=seed)
 
     def measured(unit: float) -> tuple[Array, float, float]:

@@ -26,8 +26,8 @@ def _check_cells(cells: Any) -> None:
     if plain and MAX_CELLS < cells < 10**9:
         raise InputError(
             f"surface.cells = {cells}: must be 2 … {MAX_CELLS}; {cells} a side would take about "
-            f"{memory.gibibytes(cells**2 * memory.TRACE_BYTES_PER_CELL)} of memory, "
-            f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.TRACE_BYTES_PER_CELL)}"
+            f"{memory.gibibytes(cells**2 * memory.EXACT_BYTES_PER_CELL)} of memory, "
+            f"{MAX_CELLS} take {memory.gibibytes(MAX_CELLS**2 * memory.EXACT_BYTES_PER_CELL)}"
         )
     validators.integer("surface.cells", cells, 2, MAX_CELLS)
 

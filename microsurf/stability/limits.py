@@ -2,22 +2,23 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.tail_limit import LEAST_GAMMA, share_left_out
-from ..surface import Heightfield, generate_surface, surface_statistics
+from ..surface import Heightfield, Mesh, generate_surface, surface_statistics
 from ..surface.heightfield import mesh
-from ..trace.embree import EmbreeTile
-from ..trace.grid import Grid, from_heights
+from ..trace import embree, engine
 from ..trace.kernels.state import ENDS, LOST
-from ..trace.wavefront import FacetOptics, trace
+from ..trace.wavefront import FacetOptics
 from .first_hit import ROUNDINGS, unexplained
 
 KS = 5e-3
 CLOSED = 1e-9
 LOSSES = 1e-4
+Array = NDArray[np.float64]
 _IL = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
 _TAILS = (1.51, 1.55, 1.6, 1.65, 1.75, 2.0)
 
@@ -38,15 +39,15 @@ class Limit:
         return "ok" if self.value <= self.limit else "border"
 
 
-def check(cells: int, paths: int, largest: int) -> Iterator[Limit]:
+def check(cells: int, paths: int, largest: int, *, name: str = engine.AUTO) -> Iterator[Limit]:
     """Check all borders, on meshes of so many cells a side and with so many paths each.
 
-    ``largest`` is the side of the largest mesh that is traced.
+    ``largest`` is the side of the largest mesh that is traced, by the engine ``name``.
     """
     yield from _tails(cells)
     yield from _roughness()
     yield from _units()
-    yield from _traces(paths, largest)
+    yield from _traces(name, paths, largest)
     yield from _engines()
 
 
@@ -101,41 +102,41 @@ def _units() -> Iterator[Limit]:
         )
 
 
-def _traces(paths: int, largest: int) -> Iterator[Limit]:
-    gentle = _grid(mesh(generate_surface(2.0, 0.5, cells=64, seed=1)).heights)
+def _traces(engine_name: str, paths: int, largest: int) -> Iterator[Limit]:
+    gentle = mesh(generate_surface(2.0, 0.5, cells=64, seed=1)).heights
     rng = np.random.default_rng(2)
     cliffs = 0.3 * rng.standard_normal((32, 32))
     cliffs[rng.integers(0, 32, 8), rng.integers(0, 32, 8)] += 1000
     long = generate_surface(2.0, 0.5, cells=(4096, 8), seed=1)
-    places: dict[str, tuple[Grid, float]] = {
+    places: dict[str, tuple[Array, float]] = {
         "ordinary: 64² cells, γ = 2, σ = 0.5, 60°": (gentle, 60.0),
-        "σ = 0.001, 60°": (_grid(_slopes(0.001)), 60.0),
-        "σ = 5, 60°": (_grid(_slopes(5.0)), 60.0),
-        "2 × 2 cells, 60°": (_grid(0.5 * rng.standard_normal((2, 2))), 60.0),
-        "4096 × 8 cells, 60°": (_grid(mesh(long).heights), 60.0),
+        "σ = 0.001, 60°": (_slopes(0.001), 60.0),
+        "σ = 5, 60°": (_slopes(5.0), 60.0),
+        "2 × 2 cells, 60°": (0.5 * rng.standard_normal((2, 2)), 60.0),
+        "4096 × 8 cells, 60°": (mesh(long).heights, 60.0),
         "θ = 89.9°": (gentle, 89.9),
         "θ = 89.99999°": (gentle, 89.99999),
-        "cliffs of 1000 cells, 60°": (_grid(cliffs), 60.0),
+        "cliffs of 1000 cells, 60°": (cliffs, 60.0),
     }
-    for name, (grid, theta) in places.items():
+    for name, (heights, theta) in places.items():
         # At the horizon a ray goes round the period a hundred times before it meets anything.
-        yield from _trace(name, grid, theta, paths if theta < 89.99 else paths // 10)
+        count = paths if theta < 89.99 else paths // 10
+        yield from _trace(name, engine_name, heights, theta, count)
     # Made last and alone: 4096² cells take gigabytes.
     heights = mesh(generate_surface(2.0, 0.5, cells=largest, seed=1)).heights
-    yield from _trace(f"{largest}² cells, 60°", _grid(heights), 60.0, paths)
+    yield from _trace(f"{largest}² cells, 60°", engine_name, heights, 60.0, paths)
 
 
-def _slopes(sigma: float) -> NDArray[np.float64]:
+def _slopes(sigma: float) -> Array:
     return mesh(generate_surface(2.0, sigma, cells=64, seed=1)).heights
 
 
-def _grid(heights: NDArray[np.float64]) -> Grid:
-    return from_heights(heights, np.zeros(heights.shape, np.bool_))
-
-
-def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Limit]:
+def _trace(
+    name: str, engine_name: str, heights: Array, theta: float, paths: int
+) -> Iterator[Limit]:
     """Kd = 1: what arrives and what is lost are all the light."""
-    tally = trace(EmbreeTile(grid), theta, 17.0, _IL, paths, np.random.default_rng(3))
+    tile = engine.tile_of(engine_name, Mesh(heights, np.zeros(heights.shape, np.bool_), 1.0))
+    tally = engine.trace(tile, theta, 17.0, _IL, paths, np.random.default_rng(3))
     balance = abs(float(tally.energy.sum() + tally.ended.sum()) / tally.light - 1)
     yield Limit(
         name,
@@ -152,25 +153,27 @@ def _trace(name: str, grid: Grid, theta: float, paths: int) -> Iterator[Limit]:
         "paths lost",
         share,
         LOSSES,
-        f"of {tally.paths} paths {listed or 'none'}; {tally.leaks} rays fell through an edge and "
-        "were sent again",
+        f"of {tally.paths} paths {listed or 'none'}"
+        + (f"; {tally.leaks} rays fell through an edge and were sent again" * (tally.leaks > 0)),
     )
 
 
 def _engines() -> Iterator[Limit]:
     rng = np.random.default_rng(4)
-    cliffs = 0.3 * rng.standard_normal((24, 24))
-    cliffs[rng.integers(0, 24, 6), rng.integers(0, 24, 6)] += 1000
-    for name, heights in (
-        ("γ = 2, σ = 0.5", mesh(generate_surface(2.0, 0.5, cells=24, seed=1)).heights),
-        ("γ = 1.75, σ = 5", mesh(generate_surface(1.75, 5.0, cells=24, seed=1)).heights),
-        ("γ = 2, σ = 0.001", mesh(generate_surface(2.0, 0.001, cells=24, seed=1)).heights),
-        ("cliffs of 1000 cells", cliffs),
-    ):
+    cliffs = 0.3 * rng.standard_normal((40, 40))
+    cliffs[rng.integers(0, 40, 6), rng.integers(0, 40, 6)] += 1000
+    surfaces = {
+        "γ = 2, σ = 0.5": mesh(generate_surface(2.0, 0.5, cells=40, seed=1)).heights,
+        "γ = 1.75, σ = 5": mesh(generate_surface(1.75, 5.0, cells=40, seed=1)).heights,
+        "γ = 2, σ = 0.001": mesh(generate_surface(2.0, 0.001, cells=40, seed=1)).heights,
+        "cliffs of 1000 cells": cliffs,
+    }
+    names = ("exact", "embree") if embree.installed() else ("exact",)
+    for engine_name, (name, heights) in product(names, surfaces.items()):
         count = 2000
-        differ, left = unexplained(_grid(heights), count, rng)
+        differ, left = unexplained(engine_name, heights, count, rng)
         yield Limit(
-            f"float32 and float64: {name}",
+            f"{engine_name} and all triangles: {name}",
             "rays whose first facets differ by more than rounding",
             left / count,
             0.0,

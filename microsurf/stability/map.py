@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import tqdm
 
+from ..trace.engine import AUTO
 from . import domain
 from .case import ENOUGH, CheckedFunction, DomainPoint, points
 from .functions import FUNCTIONS
@@ -56,8 +57,11 @@ class Stability:
         )
 
 
-def survey(*, quick: bool, progress: bool = False) -> Stability:
-    """Make the map: coarse in less than a minute on one core, or fine in several."""
+def survey(*, quick: bool, progress: bool = False, engine: str = AUTO) -> Stability:
+    """Make the map: coarse in less than a minute on one core, or fine in several.
+
+    ``engine`` traces where traces end.
+    """
     begin = time.perf_counter()
     grid = domain.QUICK if quick else domain.FULL
     points_checked: list[DomainPoint] = []
@@ -70,7 +74,7 @@ def survey(*, quick: bool, progress: bool = False) -> Stability:
         summaries.append(summarise(function, mine))
     counts = sweep(24 if quick else 400, 1000, np.random.default_rng(1))
     limits = tqdm(
-        check(*((256, 10_000, 1024) if quick else (512, 200_000, 4096))),
+        check(*((256, 10_000, 1024) if quick else (512, 200_000, 4096)), name=engine),
         desc="limits",
         disable=None if progress else True,
     )

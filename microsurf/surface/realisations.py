@@ -60,7 +60,7 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
             "surface.boundary and surface.level are for a surface.file; "
             "a generated surface is periodic and level"
         )
-    memory.require(wanted.cells**2, memory.TRACE_BYTES_PER_CELL, f"surface.cells = {wanted.cells}")
+    memory.require(wanted.cells**2, memory.EXACT_BYTES_PER_CELL, f"surface.cells = {wanted.cells}")
     return generate_surface(
         scene.roughness.gamma,
         scene.roughness.sigma_x,

@@ -5,6 +5,7 @@ rays must be float32, one direction for each origin, finite, and not zero.
 """
 
 import sys
+from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +40,8 @@ class EmbreeTile:
         except ImportError as error:
             raise InputError(
                 f"embreex is not installed: it has wheels for Linux x86-64, macOS and Windows, "
-                f"none for this machine ({sys.platform}); trace on one of those, "
-                "everything but tracing works here"
+                f"none for this machine ({sys.platform}); "
+                "trace with the exact engine, which is the default"
             ) from error
         self.grid = grid
         self._scene = EmbreeScene(robust=True)
@@ -63,6 +64,11 @@ class EmbreeTile:
         _check(origins, directions)
         found = self._scene.run(origins, directions, output=True)
         return Hits(found["primID"], found["u"], found["v"])
+
+
+def installed() -> bool:
+    """Whether this machine has Embree."""
+    return find_spec("embreex") is not None
 
 
 def _check(origins: Rays, directions: Rays) -> None:

@@ -7,23 +7,26 @@ mesh in float32. They share the facet events, never the traversal. `scene.engine
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .. import memory
 from ..errors import InputError
 from ..scene import ENGINES, Scene
 from ..surface import Mesh
-from . import exact, layers, wavefront
+from . import embree_hits, exact, layers, wavefront
 from .embree import EmbreeTile
 from .exact import exact_tile
 from .grid import from_heights
 from .layers import LayeredTile
 from .plane import Plane
-from .wavefront import FacetOptics, Tally
+from .wavefront import FacetOptics, FirstHits, Tally
 
-AUTO = "embree"
+AUTO = "exact"
 """The engine of scenes that name none."""
+Array = NDArray[np.float64]
 
 
 class AnyTile(Protocol):
@@ -46,23 +49,45 @@ class Tracer:
         The tile of a flat surface.
     trace : callable
         Paths of light over a tile of its own, as `wavefront.trace`.
+    period_of, first_hits, ways_out : callable
+        What masking and the invariants ask of a tile of its own, see the functions here.
+    bytes_per_cell : int
+        Memory that making and tracing a surface takes at most, for each cell.
+    cell_cost : float
+        Time to make a cell, ready for the engine, in that of a path on one thread: fixed, so
+        that the same command plans the same on every machine.
 
     """
 
     tile_of: Callable[[Mesh], AnyTile]
     plane: Callable[[], AnyTile]
     trace: Callable[..., Tally]
+    period_of: Callable[[Any], Mesh]
+    first_hits: Callable[..., FirstHits]
+    ways_out: Callable[..., NDArray[np.bool_]]
+    bytes_per_cell: int
+    cell_cost: float
 
 
 EXACT = Tracer(
     lambda period: exact_tile(period.heights, period.flipped, period.aspect),
     lambda: exact_tile(np.zeros((2, 2)), np.zeros((2, 2), np.bool_)),
     exact.trace,
+    exact.period_of,
+    exact.first_hits,
+    exact.ways_out,
+    bytes_per_cell=memory.EXACT_BYTES_PER_CELL,
+    cell_cost=0.5,
 )
 EMBREE = Tracer(
     lambda period: EmbreeTile(from_heights(period.heights, period.flipped, period.aspect)),
     Plane,
     wavefront.trace,
+    embree_hits.period_of,
+    embree_hits.first_hits,
+    embree_hits.ways_out,
+    bytes_per_cell=memory.EMBREE_BYTES_PER_CELL,
+    cell_cost=3.0,
 )
 
 
@@ -89,6 +114,11 @@ def tracer_of(engine: str) -> Tracer:
     module, _, name = ENGINES[engine].loader.partition(":")
     tracer: Tracer = getattr(import_module(module), name)
     return tracer
+
+
+def of_scene(scene: Scene) -> Tracer:
+    """The engine that traces a scene."""
+    return tracer_of(engine_of(scene))
 
 
 def tile_of(engine: str, period: Mesh) -> AnyTile:
@@ -121,3 +151,35 @@ def trace(
     return tracer_of(tile.engine).trace(
         tile, theta, phi, facet, paths, rng, part=part, parts=parts, azimuth=azimuth
     )
+
+
+def period_of(tile: AnyTile) -> Mesh:
+    """One period as rays meet it, the first row and column of vertices once more at the end."""
+    return tracer_of(tile.engine).period_of(tile)
+
+
+def first_hits(
+    tile: AnyTile, theta: float, phi: float, rays: int, rng: np.random.Generator
+) -> FirstHits:
+    """Send light from (θ, φ), in degrees, over all of the tile, and on from mirrors it meets."""
+    return tracer_of(tile.engine).first_hits(tile, theta, phi, rays, rng)
+
+
+def ways_out(
+    tile: AnyTile, facets: NDArray[np.int64], points: Array, normals: Array, w: Array
+) -> NDArray[np.bool_]:
+    """Which rays from facets towards the light meet nothing, shape (rays,).
+
+    Parameters
+    ----------
+    tile : AnyTile
+        With square cells.
+    facets : ndarray of int64, shape (rays,)
+        Where they start: numbers as in `FirstHits`; the facets must look towards ``w``.
+    points, normals : ndarray, shape (rays, 3)
+        Points of the period, in cells from its first vertex, and the facets' unit normals.
+    w : ndarray, shape (3,)
+        Unit vector, upwards.
+
+    """
+    return tracer_of(tile.engine).ways_out(tile, facets, points, normals, w)

@@ -7,13 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.fresnel import transmittance_bound
+from ..surface import Mesh
 from .beam import light_direction, stratified_points
+from .kernels.exact_first_hits import mirrored_light, unblocked
 from .kernels.exact_lobe_fans import nodes_of
 from .kernels.exact_path import trace_light
 from .kernels.lobe_fans import FAN, all_rings
 from .kernels.splitmix import stream
 from .kernels.state import BATCHES, bins_about, empty_tallies
-from .wavefront import FacetOptics, Tally, tally_of
+from .wavefront import FacetOptics, FirstHits, Tally, tally_of
 
 FINE = 1024.0
 """Cells: heights beyond it are kept in float64; float32 resolves 3e−5 of a cell there."""
@@ -157,3 +159,32 @@ def trace(
     )  # fmt: skip
     batch = np.arange(light) // POOL % BATCHES
     return tally_of(tallies, facet, batch, (rays, 0, 0), (time.perf_counter() - begin, 0.0))
+
+
+def first_hits(
+    tile: ExactTile, theta: float, phi: float, rays: int, rng: np.random.Generator
+) -> FirstHits:
+    """As `embree_hits.first_hits`; nothing is ever lost."""
+    starts = stratified_points(rays, rng) * (tile.columns, tile.rows)
+    facet, free = np.empty(rays, np.int64), np.empty(rays, np.bool_)
+    mirrored_light(tile, starts, *-light_direction(theta, phi), facet, free)
+    return FirstHits(facet, free, 0)
+
+
+def ways_out(
+    tile: ExactTile,
+    facets: NDArray[np.int64],
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    w: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """As `embree_hits.ways_out`; a ray can't meet the facet it starts on, nor needs an offset."""
+    del normals
+    out = np.empty(len(points), np.bool_)
+    unblocked(tile, facets, points, *w, out)
+    return out
+
+
+def period_of(tile: ExactTile) -> Mesh:
+    """Heights as rays meet them, see `engine.period_of`."""
+    return Mesh(tile.heights.astype(np.float64), tile.flipped, tile.aspect)

@@ -74,9 +74,9 @@ def measure(
         out or lost, by cause) in units of a path's share of its light ray; the number of
         ``ended_paths``; and what errors are made of, ``batch_flux`` and ``bin_variance``.
         Attributes are ``seconds``, in which at least one work item was traced (not those that
-        surfaces and meshes took), and ``embree_ratio``, the part of the workers' time that
-        passed inside Embree; of a measured surface also ``surface``, where it comes from as
-        JSON, see `Heightfield`.
+        surfaces and meshes took), ``engine``, which traced, and ``embree_ratio``, the part of
+        the workers' time that passed inside Embree, 0 of the exact engine; of a measured surface
+        also ``surface``, where it comes from as JSON, see `Heightfield`.
 
     Raises
     ------

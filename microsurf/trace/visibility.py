@@ -12,12 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.fresnel import reflectance
-from .beam import light_direction, ray_origins
-from .grid import MARGIN, Grid
-from .kernels.empty_space import OFFSET, launch
-from .kernels.first_hits import record_first_hits
-from .kernels.state import BATCHES, Frame, empty_ray_batch
-from .wavefront import BATCH_SIZE, Tile
+from . import engine
+from .beam import light_direction
+from .kernels.state import BATCHES
 
 Array = NDArray[np.float64]
 
@@ -55,7 +52,7 @@ class Visibility:
     rays : int
         Rays sent.
     lost : int
-        Those of them that were lost, or whose shadow ray was, see `ray_batch.LOST`; they count as
+        Those of them that were lost, or whose shadow ray was, see `state.LOST`; they count as
         not met, or as closed.
 
     """
@@ -68,8 +65,8 @@ class Visibility:
     lost: int
 
 
-def facets_of(grid: Grid, sigma_x: float, sigma_y: float, edges: Array) -> MeshFacets:
-    """Slopes of a mesh as rays meet it, in bins of ρ; ``edges`` ascend from 0 to ∞.
+def facets_of(tile: engine.AnyTile, sigma_x: float, sigma_y: float, edges: Array) -> MeshFacets:
+    """Slopes of a tile as rays meet it, in bins of ρ; ``edges`` ascend from 0 to ∞.
 
     Raises ValueError if the edges don't, or a σ is not > 0.
     """
@@ -77,19 +74,19 @@ def facets_of(grid: Grid, sigma_x: float, sigma_y: float, edges: Array) -> MeshF
         raise ValueError(f"edges = {edges}: must ascend from 0 to infinity")
     if not (sigma_x > 0 and sigma_y > 0):
         raise ValueError(f"sigma = ({sigma_x}, {sigma_y}): bins of slope need sigma > 0")
-    heights = grid.heights[MARGIN:-MARGIN, MARGIN:-MARGIN].astype(np.float64)
-    flipped = grid.flipped[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    period = engine.period_of(tile)
+    heights, flipped = period.heights, period.flipped
     along_x, along_y = np.diff(heights, axis=1), np.diff(heights, axis=0)
     left, right = along_y[:, :-1], along_y[:, 1:]
     p = np.stack([along_x[:-1], along_x[1:]], axis=-1).ravel()
     q = np.stack([np.where(flipped, left, right), np.where(flipped, right, left)], axis=-1).ravel()
-    q *= grid.aspect
+    q *= period.aspect
     place = np.searchsorted(edges, np.hypot(p / sigma_x, q / sigma_y), "right") - 1
     return MeshFacets(p, q, place, len(edges) - 1)
 
 
 def visibility(
-    tile: Tile,
+    tile: engine.AnyTile,
     facets: MeshFacets,
     theta: float,
     phi: float,
@@ -106,12 +103,12 @@ def visibility(
     """
     if rays < BATCHES:
         raise ValueError(f"rays = {rays}: must be >= {BATCHES}, one for each batch")
-    hit, free, lost = _first_hits(tile, theta, phi, rays, rng)
+    hit, free, lost = engine.first_hits(tile, theta, phi, rays, rng)
     light = light_direction(theta, phi)
     slant = light[2] - light[0] * facets.p - light[1] * facets.q  # i·m/m_z
     taken = np.bincount(facets.bin, np.maximum(slant, 0), facets.bins)
     found = np.flatnonzero(hit >= 0)
-    where = _of_period(hit[found], tile.grid)
+    where = hit[found]
     cosine = slant[where] / np.sqrt(1 + facets.p[where] ** 2 + facets.q[where] ** 2)
     batch = found % BATCHES
     cell = batch * facets.bins + facets.bin[where]
@@ -130,40 +127,3 @@ def visibility(
         rays=rays,
         lost=lost,
     )
-
-
-def _of_period(triangle: NDArray[np.int32], grid: Grid) -> NDArray[np.intp]:
-    """Number of the facet of the period that a triangle, maybe of the margin, is an image of."""
-    cell, side = np.divmod(triangle.astype(np.intp), 2)
-    y, x = np.divmod(cell, grid.flipped.shape[1])
-    y, x = (y - MARGIN) % grid.rows, (x - MARGIN) % grid.columns
-    return np.asarray(2 * (y * grid.columns + x) + side)
-
-
-def _first_hits(
-    tile: Tile, theta: float, phi: float, rays: int, rng: np.random.Generator
-) -> tuple[NDArray[np.int32], NDArray[np.bool_], int]:
-    """Triangle each ray meets first, −1 if lost; whether its mirror image goes free; the lost."""
-    grid = tile.grid
-    frame = Frame(grid.x0, grid.y0, grid.top + OFFSET * grid.reach, grid.reach)
-    points = ray_origins(rays, grid, rng, 0, 1)
-    dx, dy, dz = -light_direction(theta, phi)
-    hit, free = np.full(rays, -1, np.int32), np.zeros(rays, np.bool_)
-    ray_batch, next_batch = (empty_ray_batch(BATCH_SIZE, grid.aspect) for _ in range(2))
-    active = started = lost = 0
-    while True:
-        fresh = min(BATCH_SIZE - active, rays - started)
-        if fresh:
-            # A batch for each ray: its number.
-            launch(
-                active, points, started, started + fresh, dx, dy, dz, rays, ray_batch, grid, frame
-            )
-            active, started = active + fresh, started + fresh
-        if not active:
-            return hit, free, lost
-        hits = tile.intersect(ray_batch.origins[:active], ray_batch.embree_directions[:active])
-        active, more = record_first_hits(
-            active, ray_batch, next_batch, hits, grid, frame, hit, free
-        )
-        ray_batch, next_batch = next_batch, ray_batch
-        lost += more

@@ -68,6 +68,19 @@ class FacetOptics(NamedTuple):
         return np.asarray(self.survival**-beyond)
 
 
+class FirstHits(NamedTuple):
+    """What light meets first, and what a mirror there sends on, each array of shape (rays,).
+
+    ``facet`` is its number, 2c + s for side s of cell c of the period, −1 if the ray was
+    lost; ``free`` whether the mirrored ray goes up and meets nothing more; ``lost`` the number
+    of rays that were lost, or whose mirrored ray was.
+    """
+
+    facet: NDArray[np.int64]
+    free: NDArray[np.bool_]
+    lost: int
+
+
 @dataclass(frozen=True)
 class Tally:
     """The sums over a number of paths; tallies of the same bins add up.

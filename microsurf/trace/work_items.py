@@ -53,15 +53,19 @@ class Realisation:
         name = engine.engine_of(self.scene)
         if self.scene.layers is not None:
             pair = layered_mesh(self.scene, self.seed, self.number, self.given)
-            size = 2 * pair.interface.heights.size
-            memory.require(size, memory.TRACE_BYTES_PER_CELL, "surface")
+            self._require(2 * pair.interface.heights.size)
             return layered_tile(pair, self.scene.layers.absorption)
         if self.given is None and not self.scene.requires.roughness:
             return engine.plane(name)
+        if self.given is None and self.scene.surface.file is None:
+            self._require(self.scene.surface.cells**2)  # before it is made
         surface = self.given or surface_of(self.scene, self.seed, self.number)
         made = mesh(surface)
-        memory.require(made.heights.size, memory.TRACE_BYTES_PER_CELL, "surface")
+        self._require(made.heights.size)
         return engine.tile_of(name, made)
+
+    def _require(self, cells: int) -> None:
+        memory.require(cells, engine.of_scene(self.scene).bytes_per_cell, "surface")
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from microsurf.cli.group import cli
 from microsurf.errors import InputError
 from microsurf.results import uncertainty
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
+from microsurf.trace import engine
 from microsurf.trace.scheduler import PATHS_PER_ITEM, ROUND
 
 ROOT = Path(__file__).parents[2]
@@ -99,7 +100,7 @@ def test_rays_and_surfaces_cost_least():
     count, paths = allocation.cheapest(wanted, SMALL, cells, single=False)
 
     def cost(surfaces, paths):
-        return surfaces * (allocation.SURFACE_COST * cells + paths)
+        return surfaces * (engine.EXACT.cell_cost * cells + paths)
 
     def least(paths):
         widened = allocation._widened

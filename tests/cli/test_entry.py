@@ -412,12 +412,12 @@ def test_bad_options_are_refused(refused, option, value, allowed):
 
 
 def test_memory_is_said_beforehand(refused):
-    """100000² cells at 500 bytes are 4657 GiB, 16384² 125 GiB; 1e5 lobes are 2 TB."""
+    """100000² cells at 120 bytes are 1118 GiB, 16384² 30 GiB; 1e5 lobes are 2 TB."""
     for command in ("surface", "measure"):
         out = ("--out", "s.npz") if command == "surface" else ()
         refused(
             command, *SURFACE, "--cells", "100000", *out,
-            names=("100000", "4656.6 GiB", "16384", "125.0 GiB"),
+            names=("100000", "1117.6 GiB", "16384", "30.0 GiB"),
         )  # fmt: skip
     many = ",".join(f"{k * 9e-4:.6f}" for k in range(100_000))
     refused("measure", *SURFACE, "--theta", many, names=("100000 angles", "GiB", "take fewer"))

@@ -6,14 +6,12 @@ from microsurf.scene import tail_limit
 from microsurf.stability import first_hit, limits
 from microsurf.surface import generate_surface, surface_statistics
 from microsurf.surface.heightfield import mesh
-from microsurf.trace.embree import EmbreeTile
-from microsurf.trace.grid import from_heights
+
+ENGINES = ("exact", "embree")
 
 
-def small(bump=0.0):
-    heights = mesh(generate_surface(2.0, 0.5, cells=12, seed=1)).heights.copy()
-    heights[3, 3] += bump
-    return from_heights(heights, np.zeros(heights.shape, bool))
+def small():
+    return mesh(generate_surface(2.0, 0.5, cells=24, seed=1)).heights
 
 
 def test_a_ray_meets_the_nearest_triangle():
@@ -28,16 +26,23 @@ def test_a_ray_meets_the_nearest_triangle():
     np.testing.assert_array_equal(t, [4, 0.5, np.inf, np.inf])
 
 
-def test_embree_and_float64_differ_by_rounding_only():
-    differ, left = first_hit.unexplained(small(), 400, np.random.default_rng(1))
-    assert differ > 0  # rays to edges: the check is asked something
+@pytest.mark.parametrize("name", ENGINES)
+def test_engines_and_float64_differ_by_rounding_only(name):
+    differ, left = first_hit.unexplained(name, small(), 400, np.random.default_rng(1))
+    assert (differ > 0) == (name == "embree")  # rays to edges: the check is asked something
     assert left == 0
 
 
-def test_another_surface_is_no_rounding(monkeypatch):
-    """The negative control: Embree sees one vertex a tenth of a cell higher."""
-    monkeypatch.setattr(first_hit, "EmbreeTile", lambda _: EmbreeTile(small(0.1)))
-    _, left = first_hit.unexplained(small(), 400, np.random.default_rng(1))
+@pytest.mark.parametrize("name", ENGINES)
+def test_another_surface_is_no_rounding(name, monkeypatch):
+    """The negative control: the engine sees heights half as large again."""
+    right = getattr(first_hit, f"_{name}")
+    monkeypatch.setattr(
+        first_hit,
+        f"_{name}",
+        lambda grid, *rays: right(grid._replace(heights=grid.heights * np.float32(1.5)), *rays),
+    )
+    _, left = first_hit.unexplained(name, small(), 400, np.random.default_rng(1))
     assert left > 0
 
 

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from microsurf.surface import Heightfield, facet_slopes, mesh
-from microsurf.trace import visibility, wavefront
+from microsurf.surface import Heightfield, Mesh, facet_slopes, mesh
+from microsurf.trace import engine, visibility, wavefront
 from microsurf.trace.beam import light_direction
-from microsurf.trace.embree import EmbreeTile, Hits
-from microsurf.trace.grid import from_heights, triangles
+from microsurf.trace.embree import Hits
+from microsurf.trace.grid import triangles
 from microsurf.trace.kernels.state import BATCHES
 
 EDGES = np.array([0.0, 0.5, 1.0, 2.0, np.inf])
@@ -21,10 +21,10 @@ def bumps(rows=48, columns=32, seed=0):
     return heights / np.abs(np.diff(heights, axis=1)).mean()
 
 
-def made(heights, edges=EDGES):
+def made(heights, edges=EDGES, name="embree"):
     """Tile and facets of one period."""
-    tile = EmbreeTile(from_heights(heights, np.zeros(heights.shape, bool)))
-    return tile, visibility.facets_of(tile.grid, 1.0, 1.0, edges)
+    tile = engine.tile_of(name, Mesh(heights, np.zeros(heights.shape, bool), 1.0))
+    return tile, visibility.facets_of(tile, 1.0, 1.0, edges)
 
 
 def see(tile, facets, theta, phi=0.0, rays=64_000, seed=1, n=1.5):
@@ -58,12 +58,13 @@ def cavity(theta, slope, towards):
     return weight, weight * seen, weight * both
 
 
+@pytest.mark.parametrize("name", ["exact", "embree"])
 @pytest.mark.parametrize(
     ("theta", "slope"), [(0, 0.5), (10, 0.7), (40, 0.7), (60, 1.0), (80, 0.3), (80, 2.0)]
 )
-def test_v_cavities_have_their_closed_form(theta, slope, judge):
+def test_v_cavities_have_their_closed_form(theta, slope, name, judge):
     edges = np.array([0.0, slope / 2, 2 * slope, np.inf])
-    found = see(*made(vcavity(slope), edges), theta, seed=judge.seed(theta))
+    found = see(*made(vcavity(slope), edges, name), theta, seed=judge.seed(theta))
     facing, met, both = np.sum([cavity(theta, slope, s) for s in (1, -1)], axis=0)
     assert found.facing == pytest.approx([0, facing, 0], abs=1e-6)
     assert met == pytest.approx(1)  # the identity holds for the formula, too
@@ -176,6 +177,8 @@ def test_as_points_of_facets_see_it(judge):
         return values, expected, np.hypot(error, binomial(values, 64_000)) + 1e-9
 
     judge.near(*compared(see(tile, facets, 65.0, 20.0, seed=judge.seed(5))))
+    exact, _ = made(heights, name="exact")
+    judge.near(*compared(see(exact, facets, 65.0, 20.0, seed=judge.seed(8))))
     judge.tells(*compared(see(Sunk(tile), facets, 65.0, 20.0)))
     judge.tells(*compared(see(Wrong(tile), facets, 65.0, 20.0)))
 
@@ -193,13 +196,13 @@ def test_specular_is_that_of_the_tracer(theta, judge):
     judge.keeps(2 * stats.t.sf(abs(z), BATCHES - 1))
 
 
+@pytest.mark.parametrize("name", ["exact", "embree"])
 @pytest.mark.parametrize("boundary", ["periodic", "mirror"])
-def test_facets_are_those_of_the_surface(boundary):
+def test_facets_are_those_of_the_surface(boundary, name):
     """In number, bin and slope; a mirrored surface has each facet and its three images."""
     surface = Heightfield(bumps().astype(np.float32), boundary=boundary)
-    unfolded = mesh(surface)
-    grid = from_heights(unfolded.heights, unfolded.flipped)
-    found = visibility.facets_of(grid, 0.7, 0.4, EDGES)
+    tile = engine.tile_of(name, mesh(surface))
+    found = visibility.facets_of(tile, 0.7, 0.4, EDGES)
     p, q = facet_slopes(surface)
     images = len(found.p) // p.size
     for mine, theirs in ((found.p, p), (found.q, q)):
@@ -213,9 +216,9 @@ def test_facets_are_those_of_the_surface(boundary):
     ("sigma", "edges"), [(0.0, [0, np.inf]), (1.0, [0, 1]), (1.0, [0, 2, 1, np.inf])]
 )
 def test_bins_that_are_none(sigma, edges):
-    grid = from_heights(bumps(), np.zeros((48, 32), bool))
+    tile = engine.tile_of("exact", Mesh(bumps(), np.zeros((48, 32), bool), 1.0))
     with pytest.raises(ValueError, match=r"must ascend|sigma > 0"):
-        visibility.facets_of(grid, sigma, 1.0, np.array(edges, float))
+        visibility.facets_of(tile, sigma, 1.0, np.array(edges, float))
 
 
 def test_each_batch_has_a_ray():

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ... import memory, model, seeds
 from ...results import datasets, detector
 from ...scene import CORRELATIONS, Scene, Surface
-from ...trace import measure
+from ...trace import engine, measure
 from ..stages import Stages
 from .effort import TradeoffEffort
 
@@ -73,7 +73,7 @@ class Run:
     """A method's draws by place, seconds an angle of each repeat, and one f(i, o); bytes at most.
 
     ``evaluation`` is None for a surface, which has no such thing. ``bytes_basis`` is
-    "measured" (of numpy's arrays) or "estimated" (of meshes and Embree's trees).
+    "measured" (of numpy's arrays) or "estimated" (of surfaces and what rays need of them).
     """
 
     method: Method
@@ -262,7 +262,7 @@ def _surfaces(scene: Scene, method: Method, seed: int) -> Run:
         )
         parts.append(draws)
         times.append(seconds / (_AT_A_TIME * scene.light.angles))
-    size = surface.cells**2 * memory.TRACE_BYTES_PER_CELL
+    size = surface.cells**2 * engine.of_scene(scene).bytes_per_cell
     size += scene.light.angles * memory.BYTES_PER_LOBE
     return Run(method, joined(parts), tuple(times), None, size, "estimated")
 

@@ -15,7 +15,7 @@ period, coordinates do not: t is the distance from the ray's start however often
 
 import numpy as np
 
-from ...jit import inlined
+from ...jit import compiled, inlined
 
 LEAST = 1e-150
 """Least |dx| and |dy|: a vertical ray then leaves its cell 1e150 cells below, which is finite."""
@@ -78,7 +78,7 @@ def facet_plane(tile, cx, cy, side):
     return h11 - h01, h01 - h00, h00
 
 
-@inlined
+@compiled
 def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
     """Follow a ray from t on until it meets a facet or is above everything for good.
 
