@@ -26,6 +26,8 @@ MESH_WALKS: Final = 6
 """Walks with the slopes of a mesh: (angle, batch)."""
 SUBSTRATES: Final = 7
 """White noise of a substrate under an interface, of whose seed it is: ()."""
+SECOND_ENGINE: Final = 8
+"""Runs of two engines on one surface: (engine, angle, run)."""
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:

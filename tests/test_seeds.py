@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parent.parent / "microsurf"
 KEYS = {
     "SURFACES": (0, 3), "RAYS": (1, 3, 0, 2), "WALKS": (2, 0, 3), "VISIBILITY": (2, 3, 0, 2),
     "CONVERGENCE": (3, 3), "METHODS": (4, 3), "REFERENCES": (5, 3), "MESH_WALKS": (6, 0, 3),
-    "SUBSTRATES": (7,),
+    "SUBSTRATES": (7,), "SECOND_ENGINE": (8, 1, 0, 3),
 }  # fmt: skip
 
 

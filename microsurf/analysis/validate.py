@@ -1,23 +1,22 @@
 """The main job: measure and predict each scene, compare, and keep what the report shows."""
 
-import time
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import xarray as xr
 
-from .. import invariants, model
+from .. import invariants
 from ..model import registry
 from ..results import albedos
 from ..scene import Scene
 from ..scene.layers import refuse
 from ..surface import Heightfield, StdFit, surface_statistics, surfaces_of
 from ..trace import measure
-from . import comparison, omitted_effects
+from . import comparison, omitted_effects, predictions
 from .error_budget import assemble
 from .error_budget.refinement import refine
-from .fitted_theory import fit_as_json, fitted_scene, prepare, turn_of, turned
+from .fitted_theory import fit_as_json, fitted_scene, prepare, turn_of
 from .slope_masking import masking_by_slope
 from .stages import Stages
 from .tradeoff.from_validation import frontier_of
@@ -136,12 +135,17 @@ def validate_scene(
         ),
     )
     surfaces.count = measured.sizes["realisation"]  # as many as the error took
-    predicted, seconds = stages.done("predicted", lambda: _predict(theory, _models(scene), turn))
+    predicted, seconds = stages.done(
+        "predicted", lambda: predictions.order_one(theory, predictions.models_of(scene), turn)
+    )
     first = next(iter(predicted.values()))
     walked: dict[str, xr.Dataset] = {}
     if rough and scene.requires.multiple_scattering:
         walked = {
-            key: stages.done(f"walk-{number}", partial(_walk, theory, turn, key, run))
+            key: stages.done(
+                f"walk-{number}",
+                partial(predictions.all_orders, theory, key, turn, WALKS, run),
+            )
             for number, key in enumerate(registry.compared(registry.all_orders()))
         }
     predicted |= walked
@@ -179,18 +183,25 @@ def validate_scene(
     heightfield, statistics = (
         stages.done("surface", lambda: _first(surfaces.made()[0], theory)) if along else (None, {})
     )
+    held = stages.done(
+        "invariants",
+        lambda: invariants.scene_invariants(
+            measured, predicted, surfaces.made() if rough else [], theory.material
+        ),
+    )
+    if rough:
+        first_surface = surfaces.made()[0]
+        referee = partial(
+            invariants.second_engine, scene, first_surface, seed=seed, workers=workers
+        )
+        held = [*held, stages.done("second-engine", referee)]
     return Validation(
         name=name,
         scene=theory,
         measured=measured,
         predicted=predicted,
         comparisons=comparisons,
-        invariants=stages.done(
-            "invariants",
-            lambda: invariants.scene_invariants(
-                measured, predicted, surfaces.made() if rough else [], theory.material
-            ),
-        ),
+        invariants=held,
         heightfield=heightfield,
         statistics=statistics,
         fit=fit,
@@ -224,28 +235,6 @@ class _Surfaces:
         return self._made
 
 
-def _predict(
-    theory: Scene, models: tuple[str, ...], turn: float
-) -> tuple[dict[str, xr.Dataset], dict[str, float]]:
-    """Order 1 by each model, and the seconds of the processor that it took; see `turned`."""
-    predicted, seconds = {}, {}
-    for key in models:
-        clock = time.process_time()
-        predicted[key] = _as_illuminated(model.predict(turned(theory, turn), key), theory)
-        seconds[key] = time.process_time() - clock
-    return predicted, seconds
-
-
-def _walk(theory: Scene, turn: float, key: str, run: dict[str, Any]) -> xr.Dataset:
-    """All orders by a walk, see `turned`."""
-    return _as_illuminated(model.walk(turned(theory, turn), key, walks=WALKS, **run), theory)
-
-
-def _as_illuminated(predicted: xr.Dataset, theory: Scene) -> xr.Dataset:
-    """Light's azimuth again from x: bins count from it, so nothing else has to be turned."""
-    return predicted.assign_coords(phi_i=list(theory.light.phi))
-
-
 def _first(surface: Heightfield, theory: Scene) -> tuple[Heightfield, dict[str, Any]]:
     """The surface that is shown, and the statistics of its slopes."""
     rough = theory.roughness
@@ -256,10 +245,6 @@ def _first(surface: Heightfield, theory: Scene) -> tuple[Heightfield, dict[str, 
 def _grows(scene: Scene) -> bool:
     """Whether surfaces are added until an error is reached."""
     return scene.accuracy.standard_error is not None and scene.surface.file is None
-
-
-def _models(scene: Scene) -> tuple[str, ...]:
-    return registry.compared(registry.order_one()) if scene.requires.roughness else ("flat",)
 
 
 def as_json(entry: Validation) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from .all import global_invariants
 from .energy import scene_invariants
 from .false_alarms import RATE
 from .invariant import Invariant, as_rows, broken
+from .referee import second_engine
 
 __all__ = [
     "RATE",
@@ -16,4 +17,5 @@ __all__ = [
     "broken",
     "global_invariants",
     "scene_invariants",
+    "second_engine",
 ]

@@ -19,9 +19,9 @@ MOST = 38.0
 _ROUNDING = 1e-12  # of the sums: differences below are none
 
 
-def critical(comparisons: int) -> float:
+def critical(comparisons: int, rate: float = RATE / TESTS) -> float:
     """Largest |z| of so many comparisons that is called chance (Bonferroni)."""
-    return intervals.normal_of_tails(RATE / TESTS / comparisons)
+    return intervals.normal_of_tails(rate / comparisons)
 
 
 def standardised(t: ArrayLike, dof: ArrayLike) -> Array:
@@ -57,16 +57,18 @@ def by_chance(
     z: ArrayLike,
     basis: str,
     figures: Mapping[str, float] | None = None,
+    *,
+    rate: float = RATE / TESTS,
+    among: str = f"one report of {TESTS / RATE:.0e}",
 ) -> Invariant:
-    """An invariant that is decided by the largest of several |z|."""
+    """An invariant that is decided by the largest of several |z|; chance passes at ``rate``."""
     size = np.abs(np.asarray(z, float)).ravel()
-    allowed = critical(size.size)
+    allowed = critical(size.size, rate)
     return Invariant(
         name,
         statement,
         float(size.max()),
         allowed,
-        f"largest |z| of {size.size} comparisons: {basis}. Chance passes {allowed:.2f} in one "
-        f"report of {TESTS / RATE:.0e}",
+        f"largest |z| of {size.size} comparisons: {basis}. Chance passes {allowed:.2f} in {among}",
         figures or {},
     )

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from ..analysis.validate import Validation
+from ..invariants import referee
 from ..model import MODELS
 from ..physics import metals
 from ..scene import ENGINES, Citation, Material
@@ -43,7 +44,11 @@ def of_scene(entry: Validation) -> set[str]:
 def _of_entries(entry: Validation) -> Iterator[str | Citation]:
     """What the engine and the models of a scene rest on; a user BRDF has no entry."""
     if entry.scene.requires.roughness:  # no engine takes part in a plane
-        yield from ENGINES[engine_of(entry.scene)].citations
+        traced = {engine_of(entry.scene)}
+        if any(row.name == referee.NAME and row.figures for row in entry.invariants):
+            traced |= {*referee.pair(entry.scene)}
+        for name in traced:
+            yield from ENGINES[name].citations
     for key in entry.predicted:
         if key in MODELS:
             yield from MODELS[key].citations

@@ -26,25 +26,26 @@ def unexplained(
 ) -> tuple[int, int]:
     """Of ``count`` rays: on how many an engine and float64 differ, and how many stay so.
 
-    Rays go down to a point of a facet, every second one to its edge, from up to FAR cells away
-    and above the surface, at all angles; ``heights`` are of one period in cells, of more than
-    2 FAR + 2 cells a side, and rays stay in it. They stay different if, moved by up to
-    ROUNDINGS of the engine's precision along each axis, float64 never meets what the engine
-    does, or a point as near to it as that: the back of a ridge's other side is met by float32
-    where float64 meets the front.
+    Rays go down to a point of a facet, every second one to its edge, from up to FAR cells
+    away, at all angles; ``heights`` are of one period in cells. The exact engine knows no
+    surface from below, nor where a period ends: its rays start above the surface, more than
+    FAR cells from the period's border. Rays stay different if, moved by up to ROUNDINGS of the
+    engine's precision along each axis, float64 never meets what the engine does, or a point
+    as near to it as that: the back of a ridge's other side is met by float32 where float64
+    meets the front.
     """
     grid = from_heights(heights, np.zeros(heights.shape, np.bool_))
     vertices, faces = triangles(grid)
     corners = vertices.astype(np.float64)[faces]
-    origins, directions = _rays(grid, corners, count, rng)
-    seen = (
-        _exact(grid, origins, directions)
-        if engine == "exact"
-        else _embree(grid, origins, directions)
-    )
-    differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != seen)
-    precision = 53 if engine == "exact" else 24
+    exact = engine == "exact"
+    origins, directions = _rays(grid, corners, count, rng, FAR + 1 if exact else 0.0)
+    if exact:
+        above = origins[:, 2] > _height_at(grid, origins)
+        origins, directions = origins[above], directions[above]
+    seen = (_exact if exact else _embree)(grid, origins, directions)
+    precision = 53 if exact else 24
     shift = ROUNDINGS * 2.0**-precision * grid.reach
+    differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != seen)
     left = differ
     for move in product((0, 1, -1), repeat=3):
         moved = origins[left] + shift * np.array(move)
@@ -83,28 +84,25 @@ def _exact(grid: Grid, origins: Array, directions: Array) -> Triangles:
     return np.where(here, 2 * (j * columns + i) + side, -1)
 
 
-def _rays(grid: Grid, corners: Array, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Origins and directions that float32 holds."""
+def _rays(
+    grid: Grid, corners: Array, count: int, rng: np.random.Generator, inside: float
+) -> tuple[Array, Array]:
+    """Origins and directions that float32 holds, to points so far inside of the period."""
     y, x = np.divmod(np.arange(len(corners)) // 2, grid.flipped.shape[1])
-    least = MARGIN + FAR + 1
+    least = MARGIN + inside
     inner = (np.minimum(x, y) >= least) & (
         np.maximum(x - grid.columns, y - grid.rows) < 2 * MARGIN - least
     )
-    origins, directions = np.empty((0, 3)), np.empty((0, 3))
-    while len(origins) < count:
-        chosen = corners[rng.choice(np.flatnonzero(inner), count)]
-        share = rng.dirichlet(np.ones(3), count)
-        share[::2, 1] += share[::2, 0]
-        share[::2, 0] = 0
-        target = np.einsum("rk,rkc->rc", share, chosen)
-        cosine, azimuth = rng.random(count), 2 * np.pi * rng.random(count)
-        sine = np.sqrt(1 - cosine**2)
-        direction = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), -cosine], axis=1)
-        origin = (target - direction * (FAR * rng.random((count, 1)))).astype(np.float32)
-        above = _height_at(grid, origin.astype(np.float64)) < origin[:, 2]
-        origins = np.concatenate([origins, origin[above].astype(np.float64)])
-        directions = np.concatenate([directions, direction[above].astype(np.float32)])
-    return origins[:count], directions[:count]
+    chosen = corners[rng.choice(np.flatnonzero(inner), count)]
+    share = rng.dirichlet(np.ones(3), count)
+    share[::2, 1] += share[::2, 0]
+    share[::2, 0] = 0
+    target = np.einsum("rk,rkc->rc", share, chosen)
+    cosine, azimuth = rng.random(count), 2 * np.pi * rng.random(count)
+    sine = np.sqrt(1 - cosine**2)
+    direction = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), -cosine], axis=1)
+    origin = target - direction * (FAR * rng.random((count, 1)))
+    return origin.astype(np.float32).astype(float), direction.astype(np.float32).astype(float)
 
 
 def _height_at(grid: Grid, points: Array) -> Array:

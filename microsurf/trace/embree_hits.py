@@ -63,7 +63,7 @@ def ways_out(
     Their starts are moved off the facets, as the tracer's rays are, by a part of 5e−7 of the
     coordinates: an estimate from them is biased by about as little.
     """
-    del facets  # the offset keeps a ray from meeting its own
+    del facets  # the offset keeps a ray off its own
     grid = tile.grid
     period = np.array([grid.columns, grid.rows])
     low = np.array([grid.x0, grid.y0])

@@ -31,7 +31,7 @@ def test_a_wrong_substrate_is_found(monkeypatch, wrong):
 
 def some(monkeypatch):
     scenes = [scene for k, scene in enumerate(furnace.explicit_scenes()) if k in (1, 7, 13)]
-    monkeypatch.setattr(furnace, "explicit_scenes", lambda: scenes)
+    monkeypatch.setattr(furnace, "explicit_scenes", lambda _: scenes)
 
 
 def test_explicit_surfaces_are_white(monkeypatch):
@@ -57,7 +57,7 @@ def test_a_mirror_that_absorbs_is_not_perfect(monkeypatch):
         for scene in furnace.explicit_scenes()
         if scene.material.conductor
     ]
-    monkeypatch.setattr(furnace, "explicit_scenes", lambda: mirrors[1:2])
+    monkeypatch.setattr(furnace, "explicit_scenes", lambda _: mirrors[1:2])
     assert not furnace.traced(1, 2).holds
 
 

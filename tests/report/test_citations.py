@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from microsurf.invariants.referee import NAME
 from microsurf.model import MODELS
 from microsurf.physics import metals
 from microsurf.report import citations
@@ -19,14 +20,15 @@ FRESNEL = {"simonot2009", "meneveaux2018", "cook1982"}
 SMITH = {"smith1967", "heitz2014", "heitz2016"}
 
 
-def entry(scene, predicted=None, realisations=4, fit=None, statistics=None, engine="exact"):
+def entry(scene, predicted=None, realisations=4, fit=None, statistics=None, referee=None):
     """What citations look at."""
     rough = scene.requires.roughness
     return SimpleNamespace(
         scene=scene,
         predicted=predicted or (ROUGH if rough else {"flat": None}),
-        measured=SimpleNamespace(sizes={"realisation": realisations}, attrs={"engine": engine}),
+        measured=SimpleNamespace(sizes={"realisation": realisations}),
         fit=fit,
+        invariants=[] if referee is None else [SimpleNamespace(name=NAME, figures=referee)],
         statistics={"Sq": 1.0} if rough and statistics is None else statistics or {},
     )
 
@@ -49,9 +51,14 @@ def test_a_flat_scene_cites_neither_slopes_nor_masking_nor_embree():
 def test_a_mirror_has_no_substrate_to_cite():
     found = keys(Scene(material=Material(1.5, (0.0,)), accuracy=Accuracy(engine="embree")))
     assert not found & {"simonot2009", "meneveaux2018", "oren1994"}
-    assert {"cook1982", "torrance1967"} <= found
-    assert "wald2014" not in found
-    assert "wald2014" in keys(Scene(material=Material(1.5, (0.0,))), engine="embree")
+    assert {"cook1982", "torrance1967", "wald2014"} <= found
+
+
+def test_engines_are_cited_that_traced():
+    """Embree as the referee, too; not where it was absent."""
+    assert "wald2014" not in keys(Scene())
+    assert "wald2014" not in keys(Scene(), referee={})
+    assert "wald2014" in keys(Scene(), referee={"albedo": 0.5})
 
 
 def test_only_models_that_were_asked():

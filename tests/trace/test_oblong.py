@@ -15,7 +15,6 @@ from microsurf.surface.mesh_io import triangles
 from microsurf.trace import engine, measure, visibility
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.exact import exact_tile
-from microsurf.trace.grid import from_heights
 from microsurf.trace.kernels.exact_first_hits import first_facets
 from microsurf.trace.wavefront import FacetOptics
 
@@ -180,15 +179,15 @@ def test_a_surface_seen_in_a_mirror_is_the_same(name, judge):
 
 def test_slopes_of_the_traced_mesh_are_those_of_the_surface():
     period = mesh(oblong((2.0, 1.0)))
-    grid = from_heights(period.heights, period.flipped, period.aspect)
-    seen = visibility.facets_of(grid, 1.0, 1.0, np.array([0, 1, np.inf]))
+    tile = engine.tile_of("embree", period)
+    seen = visibility.facets_of(tile, 1.0, 1.0, np.array([0, 1, np.inf]))
     made = generate_surface(2.0, 1.2, 0.6, cells=64, seed=3)
     square = mesh(made)
-    grid = from_heights(square.heights, square.flipped)
-    made_seen = visibility.facets_of(grid, 1.0, 1.0, np.array([0, 1, np.inf]))
+    square_tile = engine.tile_of("embree", square)
+    made_seen = visibility.facets_of(square_tile, 1.0, 1.0, np.array([0, 1, np.inf]))
     np.testing.assert_allclose(seen.p, made_seen.p / 2, atol=2e-5)
     np.testing.assert_allclose(seen.q, made_seen.q, atol=2e-5)
-    tile = EmbreeTile(grid._replace(aspect=period.aspect))
+    tile = EmbreeTile(square_tile.grid._replace(aspect=period.aspect))
     found = visibility.visibility(tile, seen, 75.0, 30.0, 32_000, np.random.default_rng(1))
     assert found.met.sum(axis=1) == pytest.approx(np.ones(len(found.met)))
 

@@ -147,6 +147,8 @@ def brute(tile, facets, theta, phi, points, rng):
 class Sunk:
     """A tile under which rays start a little too low: shadow rays meet their own facet."""
 
+    engine = "embree"
+
     def __init__(self, tile):
         self.grid, self._tile = tile.grid, tile
 
@@ -157,6 +159,8 @@ class Sunk:
 
 class Wrong:
     """A tile that names the other side of the cell that was hit."""
+
+    engine = "embree"
 
     def __init__(self, tile):
         self.grid, self._tile = tile.grid, tile
