@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers bench clean
+.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers renderers bench clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -51,6 +51,11 @@ gridwalk: $(READY)
 frontiers: $(READY)
 	$(BIN)/python -m validation.tradeoff.run
 	$(BIN)/python -m validation.tradeoff.recommendations
+
+# Mitsuba's BSDFs against explicit surfaces; five minutes.
+renderers: $(READY)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
+	$(BIN)/python -m validation.renderers.run
 
 # Wants a quiet machine and LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)

@@ -1,0 +1,1 @@
+"""The BSDFs of a renderer against explicit surfaces."""
