@@ -22,6 +22,7 @@ LAYERS = (
     {"results"},
     {"surface"},
     {"model", "trace"},
+    {"mitsuba"},
     {"stability", "invariants"},
     {"analysis"},
     {"report"},
@@ -89,7 +90,7 @@ def test_few_rooms():
     packages = [p for p in PACKAGE.iterdir() if (p / "__init__.py").exists()]
     loose = [p for p in PACKAGE.glob("*.py") if p.stem != "__init__"]
     assert len(packages) <= 12
-    assert len(loose) <= 6
+    assert len(loose) <= 7
 
 
 def test_every_script_has_a_make_target():
@@ -159,7 +160,8 @@ def test_no_pickle_no_eval(path):
     text = path.read_text(encoding="utf-8")
     _, foreign = imports(path)
     assert not foreign & {"pickle", "joblib", "shelve", "marshal"}
-    assert "eval(" not in text.replace("retrieval(", "")
+    calls = [n.func for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Call)]
+    assert not [f for f in calls if isinstance(f, ast.Name) and f.id in {"eval", "exec"}]
     assert "allow_pickle=True" not in text
 
 

@@ -168,7 +168,8 @@ class Bridge:
                 point, rows = _interaction(mi, i[:1]), []
                 for one, other in zip(i.tolist(), o.tolist(), strict=True):
                     point.wi = one
-                    rows.append(list(evaluate(context, point, other)))
+                    # A plug-in written in Python takes no lists.
+                    rows.append(list(evaluate(context, point, mi.Vector3f(other))))
                 values = np.array(rows, np.float64).T
             else:
                 out = mi.Vector3f(*o.T.astype(np.float32))

@@ -1,0 +1,195 @@
+"""The plug-in ``ilstd``: its sampling by Mitsuba's own chi² test, its values by `predict`'s."""
+
+import sys
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+import microsurf
+from microsurf import mitsuba, model
+from microsurf.errors import InputError
+from microsurf.scene import Material, Roughness, Scene
+
+SCENE = Scene(material=Material(1.5, (0.8,)), roughness=Roughness(2.0, (0.4,)))
+METAL = replace(SCENE, material=Material(0.21, k=3.27))
+GAMMAS = (1.7, 2.0, 8.0, 1e4)
+THETAS = (0, 30, 60, 80)
+SIGMAS = ((0.4, 0.4), (0.5, 0.05))
+SAMPLES = 500_000
+
+
+def plugin(variant):
+    """Mitsuba with the plug-in in a variant; skips where it has none."""
+    mi = pytest.importorskip("mitsuba")
+    try:
+        mi.set_variant(variant)
+        compiled = not variant.startswith("scalar")
+        if compiled and sys.modules["drjit"].detail.llvm_version()[0] < 19:
+            pytest.skip("an LLVM that aborts the process")
+    except ImportError:
+        pytest.skip("no LLVM")
+    mitsuba.register()
+    return mi
+
+
+@pytest.fixture
+def compiled():
+    yield plugin("llvm_ad_rgb")
+    sys.modules["mitsuba"].set_variant("scalar_rgb")
+
+
+@pytest.fixture
+def scalar():
+    return plugin("scalar_rgb")
+
+
+def given(scene):
+    rough = scene.roughness
+    found = {
+        "type": "ilstd",
+        "gamma": rough.gamma,
+        "sigma_u": rough.sigma_x,
+        "sigma_v": rough.sigma_y,
+    }
+    if scene.material.conductor:
+        return found | {"eta": scene.material.n, "k": scene.material.k}
+    return found | {"int_ior": scene.material.n, "diffuse_reflectance": scene.material.kd[0]}
+
+
+def off(mi, scene, count, seed=1):
+    """Relative errors of its values against `predict`'s, flux-carrying pairs of directions."""
+    rng = np.random.default_rng(seed)
+    theta = np.arcsin(np.sqrt(rng.uniform(0, 0.99, (2, count))))
+    i, o = model.direction(theta, rng.uniform(0, 2 * np.pi, (2, count)))
+    found = microsurf.from_mitsuba(mi.load_dict(given(scene))).evaluate(i, o, scene)
+    known = dict(zip(("specular", "body"), model.Brdf(scene, "smith").evaluate(i, o), strict=True))
+    total = sum(found.values()), sum(known.values())
+    lobes = [(found["specular"], known["specular"]), total]
+    return [np.abs(a - b) / np.maximum(b, 1e-6) for a, b in lobes]
+
+
+@pytest.mark.parametrize(
+    "scene", [SCENE, METAL, replace(METAL, roughness=Roughness(1.7, SIGMAS[1]))]
+)
+def test_its_values_are_those_of_predict(scalar, scene):
+    specular, total = off(scalar, scene, 1500)
+    assert np.quantile(specular, 0.99) < 1e-4
+    assert np.median(total) < 1e-3
+    assert np.quantile(total, 0.99) < 0.03
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("gamma", "sigma"), list(product(GAMMAS, SIGMAS)))
+def test_its_values_are_those_of_predict_on_20_000_pairs(compiled, gamma, sigma):
+    specular, total = off(compiled, replace(SCENE, roughness=Roughness(gamma, sigma)), 20_000)
+    assert np.quantile(specular, 0.99) < 1e-4
+    assert np.median(total) <= 1e-3
+    assert np.quantile(total, 0.99) <= 0.03
+
+
+def p_value(mi, scene, theta, seed, drawn=1.0):
+    """Of Mitsuba's test of `sample` against `pdf`; ``drawn`` times the roughness is sampled."""
+    from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain  # noqa: PLC0415
+
+    def functions(of):
+        xml = "".join(
+            f'<float name="{key}" value="{value}"/>'
+            if key not in {"eta", "k", "diffuse_reflectance"}
+            else f'<spectrum name="{key}" value="{value}"/>'
+            for key, value in given(of).items()
+            if key != "type"
+        )
+        w = mi.ScalarVector3f(*model.direction(np.radians(theta), 0.5).tolist())
+        return BSDFAdapter("ilstd", xml, wi=w)
+
+    rough = scene.roughness
+    other = replace(rough, sigma=tuple(drawn * s for s in rough.sigma))
+    sample, _ = functions(replace(scene, roughness=other))
+    _, pdf = functions(scene)
+    test = ChiSquareTest(
+        SphericalDomain(), sample, pdf, 3, sample_count=SAMPLES, res=101, ires=16, seed=seed
+    )
+    test.run(0.01, 1, quiet=True)
+    return test.p_value
+
+
+SHORT = [
+    (replace(SCENE, roughness=Roughness(1.7, (0.4,))), 60),
+    (replace(METAL, roughness=Roughness(8.0, (0.4,))), 30),
+    (replace(METAL, roughness=Roughness(2.0, SIGMAS[1])), 80),
+    (replace(METAL, roughness=Roughness(1e4, SIGMAS[1])), 0),
+]
+
+
+def test_mitsubas_chi_square_test_passes(compiled, judge):
+    judge.keeps([p_value(compiled, *one, judge.seed(k)) for k, one in enumerate(SHORT)])
+
+
+@pytest.mark.long
+def test_mitsubas_chi_square_test_passes_everywhere(compiled, judge):
+    cases = [
+        (replace(scene, roughness=Roughness(gamma, sigma)), theta)
+        for scene, gamma, sigma, theta in product((SCENE, METAL), GAMMAS, SIGMAS, THETAS)
+    ]
+    judge.keeps([p_value(compiled, *one, judge.seed(k)) for k, one in enumerate(cases)])
+
+
+def test_a_roughness_3_per_cent_off_is_rejected(compiled, judge):
+    judge.catches(p_value(compiled, METAL, 30, judge.seed(9), drawn=1.03))
+
+
+def test_both_kinds_of_variants_give_the_same(compiled):
+    i, o = model.direction(np.array([0.3, 1.2]), np.array([0.1, 4.0]))
+    pairs = np.stack([i, o]), np.stack([o, i])
+    one = microsurf.from_mitsuba(compiled.load_dict(given(SCENE))).evaluate(*pairs, SCENE)
+    other = microsurf.from_mitsuba(plugin("scalar_rgb").load_dict(given(SCENE)))
+    for kind, values in other.evaluate(*pairs, SCENE).items():
+        np.testing.assert_allclose(one[kind], values, rtol=1e-4)
+
+
+def test_flags_components_textures_and_both_sides(scalar):
+    kind = scalar.BSDFFlags
+    bsdf = scalar.load_dict(given(SCENE))
+    assert [bsdf.flags(k) for k in range(bsdf.component_count())] == [
+        int(kind.GlossyReflection) | int(kind.FrontSide),
+        int(kind.DiffuseReflection) | int(kind.FrontSide),
+    ]
+    laid = scalar.load_dict(given(replace(METAL, roughness=Roughness(2.0, (0.3, 0.1)))))
+    assert laid.component_count() == 1
+    assert laid.flags() & int(kind.Anisotropic)
+    assert "diffuse_reflectance.value" in str(scalar.traverse(bsdf))
+    assert "eta.value" in str(scalar.traverse(laid))
+    both = scalar.load_dict({"type": "twosided", "bsdf": given(SCENE)})
+    point, context = scalar.SurfaceInteraction3f(), scalar.BSDFContext()
+    up, down = (scalar.Vector3f(0.3, 0.0, z) for z in (0.954, -0.954))
+    values = []
+    for of, (wi, wo) in ((bsdf, (up, up)), (both, (up, up)), (both, (down, down))):
+        point.wi = wi
+        values.append(of.eval(context, point, wo)[0])
+    assert values[0] > 0
+    np.testing.assert_allclose(values, values[0])
+    point.wi = down
+    assert bsdf.eval(context, point, down)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"gamma": 1.5}, "roughness.gamma"),
+        ({"sigma": 0.0}, "must be > 0"),
+        ({"sigma_u": -0.1}, "roughness.sigma"),
+        ({"int_ior": 0.5}, "material.n"),
+        ({"alpha": 0.3}, "alpha"),
+    ],
+)
+def test_what_it_cannot_be_is_refused(scalar, wrong, words):
+    with pytest.raises(Exception, match=words):
+        scalar.load_dict({"type": "ilstd", **wrong})
+
+
+def test_without_mitsuba_one_line_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    with pytest.raises(InputError, match=r"mitsuba is not installed: .*microsurf\[mitsuba\]"):
+        mitsuba.register()
