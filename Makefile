@@ -42,8 +42,9 @@ coverage: $(READY)
 circle: $(READY)
 	$(BIN)/python -m validation.circle.run
 
-# Embree against a walk over the grid in float64: facets, albedos, leaks.
+# Both engines against a walk over the grid in float64: first hits; Embree: facets, albedos, leaks.
 gridwalk: $(READY)
+	$(BIN)/python -m validation.gridwalk.first_hits
 	$(BIN)/python -m validation.gridwalk.check
 	$(BIN)/python -m validation.gridwalk.leaks
 

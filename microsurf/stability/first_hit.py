@@ -42,7 +42,7 @@ def unexplained(
     if exact:
         above = origins[:, 2] > _height_at(grid, origins)
         origins, directions = origins[above], directions[above]
-    seen = (_exact if exact else _embree)(grid, origins, directions)
+    seen = (by_exact if exact else by_embree)(grid, origins, directions)
     precision = 53 if exact else 24
     shift = ROUNDINGS * 2.0**-precision * grid.reach
     differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != seen)
@@ -59,13 +59,13 @@ def unexplained(
     return len(differ), len(left)
 
 
-def _embree(grid: Grid, origins: Array, directions: Array) -> Triangles:
+def by_embree(grid: Grid, origins: Array, directions: Array) -> Triangles:
     """Triangles that Embree meets."""
     rays = origins.astype(np.float32), directions.astype(np.float32)
     return EmbreeTile(grid).intersect(*rays).triangle.astype(np.int64)
 
 
-def _exact(grid: Grid, origins: Array, directions: Array) -> Triangles:
+def by_exact(grid: Grid, origins: Array, directions: Array) -> Triangles:
     """Triangles of the mesh that the exact walk meets; −1 for one beyond its margin."""
     inner = slice(MARGIN, -MARGIN)
     period = grid.heights[inner, inner][:-1, :-1].astype(np.float64)

@@ -36,10 +36,10 @@ def test_engines_and_float64_differ_by_rounding_only(name):
 @pytest.mark.parametrize("name", ENGINES)
 def test_another_surface_is_no_rounding(name, monkeypatch):
     """The negative control: the engine sees heights half as large again."""
-    right = getattr(first_hit, f"_{name}")
+    right = getattr(first_hit, f"by_{name}")
     monkeypatch.setattr(
         first_hit,
-        f"_{name}",
+        f"by_{name}",
         lambda grid, *rays: right(grid._replace(heights=grid.heights * np.float32(1.5)), *rays),
     )
     _, left = first_hit.unexplained(name, small(), 400, np.random.default_rng(1))
