@@ -14,7 +14,7 @@ from ..analysis.validate import Validation
 from ..files import whole_file
 from ..invariants import Invariant
 from ..results import albedos, uncertainty
-from . import attachments, citations, json_document
+from . import albedo_table, attachments, citations, json_document
 from . import scene_figures as pictures
 from .figures.figure import ENDINGS, Picture, save
 from .junit import to_junit
@@ -150,21 +150,25 @@ class Report:
         waiting: Sequence[str] | None = None,
     ) -> str:
         out, figures = self._out, self._out / "figures"
-        return _template().render(
-            document=content,
-            machine=_machine(),
-            quantities=albedos.QUANTITIES | uncertainty.LOBES,
-            verdicts=albedos.QUANTITIES,
-            overview=[_show(picture, figures) for picture in overview],
-            parts=[_part(part, "all", figures) for part in of_all],
-            scenes=[
-                {**drawn, "data": data}
-                for drawn, data in zip(self._drawn, content["scenes"], strict=True)
-            ],
-            waiting=waiting,
-            references=references,
-            megabytes={name: _size(out / name) / 1e6 for name in attachments.FOLDERS},
-            bound=attachments.DATA_BYTES / 2**20,
+        return (
+            environment()
+            .get_template("report.html.jinja")
+            .render(
+                document=content,
+                machine=_machine(),
+                quantities=albedos.QUANTITIES | uncertainty.LOBES,
+                verdicts=albedos.QUANTITIES,
+                overview=[_show(picture, figures) for picture in overview],
+                parts=[_part(part, "all", figures) for part in of_all],
+                scenes=[
+                    {**drawn, "data": data}
+                    for drawn, data in zip(self._drawn, content["scenes"], strict=True)
+                ],
+                waiting=waiting,
+                references=references,
+                megabytes={name: _size(out / name) / 1e6 for name in attachments.FOLDERS},
+                bound=attachments.DATA_BYTES / 2**20,
+            )
         )
 
 
@@ -204,27 +208,23 @@ def _show(picture: Picture, figures: Path) -> _Shown:
     return _Shown(picture.name, picture.caption, picture.figure.get_figwidth(), address, files)
 
 
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
+def environment() -> jinja2.Environment:
+    """Give what templates are read by; all texts are escaped."""
+    templates = jinja2.Environment(
         loader=jinja2.PackageLoader("microsurf.report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"signed": _signed, "grouped": _grouped}
-    return environment.get_template("report.html.jinja")
+    templates.filters |= {"signed": albedo_table.signed, "grouped": _grouped}
+    templates.globals |= {"albedo_columns": albedo_table.columns, "marks": albedo_table.MARKS}
+    return templates
 
 
 def _grouped(value: int) -> str:
     """Thousands apart by thin spaces."""
     return f"{value:,}".replace(",", "\u202f")
-
-
-def _signed(value: float, digits: int) -> str:
-    """With its sign, a true minus; what rounds to zero has none."""
-    text = f"{value:+.{digits}f}"
-    return text[1:] if float(text) == 0 else text.replace("-", "−")
 
 
 def _machine() -> str:
