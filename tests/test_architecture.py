@@ -15,7 +15,7 @@ SCRIPTS = sorted((ROOT / "validation").rglob("*.py"))
 LAYERS = (
     {"microsurf"},
     {"errors"},
-    {"files", "arrays"},
+    {"files"},
     {"memory", "seeds", "jit"},
     {"physics", "stats"},
     {"scene"},
@@ -24,7 +24,7 @@ LAYERS = (
     {"model", "trace"},
     {"mitsuba"},
     {"stability", "invariants"},
-    {"analysis"},
+    {"analysis", "mitsuba"},
     {"report"},
     {"cli"},
 )

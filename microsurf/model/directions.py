@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import real_array
-from ..errors import InputError
+from ..errors import InputError, real_array
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,7 @@ whatever the directions, so a path's weight is w^(number of body events).
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import float_array
-from ..errors import require
+from ..errors import float_array, require
 from . import fresnel
 
 Array = NDArray[np.float64]

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import float_array
-from ..errors import require
+from ..errors import float_array, require
 
 Array = NDArray[np.float64]
 

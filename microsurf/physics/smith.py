@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import beta, binom, erfc, roots_laguerre, stdtr
 
-from ..arrays import float_array
-from ..errors import require
+from ..errors import float_array, require
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import float_array
+from ..errors import float_array
 from . import smith
 
 Array = NDArray[np.float64]

@@ -13,8 +13,7 @@ number in (1, ∞]; sigma_y defaults to sigma_x (isotropic). With anisotropy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import float_array
-from ..errors import require
+from ..errors import float_array, require
 
 Array = NDArray[np.float64]
 

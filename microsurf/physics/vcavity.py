@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import float_array
+from ..errors import float_array
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ of w has a density ∝ (c − p)₊ t_ν(p), and across it q is a scaled t_(ν+1
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import float_array
+from ..errors import float_array
 from . import smith, student_t
 
 Array = NDArray[np.float64]

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from ..arrays import float_array
-from ..errors import require
+from ..errors import float_array, require
 from . import intervals
 
 _SEEN = 3.0

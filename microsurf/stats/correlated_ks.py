@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ..arrays import float_array
+from ..errors import float_array
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
-from ..arrays import float_array
-from ..errors import InputError, require
+from ..errors import InputError, float_array, require
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
-from ..arrays import float_array
-from ..errors import require
+from ..errors import float_array, require
 
 Array = NDArray[np.float64]
 

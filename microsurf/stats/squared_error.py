@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from ..arrays import float_array
+from ..errors import float_array
 from . import intervals
 from .intervals import CONFIDENCE
 

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from ..arrays import float_array
-from ..errors import InputError
+from ..errors import InputError, float_array
 from .intervals import CONFIDENCE
 
 KNOWN = 1e9

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import real_array, require_real
-from ..errors import InputError
+from ..errors import InputError, real_array, require_real
 from ..physics import student_t
 from ..scene import BOUNDARIES, MAX_CELLS
 from ..scene.notebook import sections

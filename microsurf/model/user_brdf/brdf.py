@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import real_array
-from ...errors import InputError
+from ...errors import InputError, real_array
 from ...scene import Scene
 from ..directions import direction
 from .table import Table

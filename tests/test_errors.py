@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from microsurf.arrays import real_array
-from microsurf.errors import InputError
+from microsurf.errors import InputError, real_array
 from microsurf.model import Brdf, UserBrdf, direction, evaluate
 from microsurf.physics import facet, fresnel, smith, smith_fit, student_t, vcavity, visible_normals
 from microsurf.scene import Scene
