@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 
 
 def main() -> None:
@@ -11,8 +12,16 @@ def main() -> None:
     usual = signal.getsignal(signal.SIGINT)
     if usual is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _stop)
-    from .exit_codes import run  # noqa: PLC0415 - late: half of the time that --version takes
+    try:
+        from .exit_codes import run  # noqa: PLC0415 - late: half of the time that --version takes
+    except ImportError as error:  # click itself
+        from .missing import sentence  # noqa: PLC0415 - late, as it is needed here only
 
+        what = sentence(error)
+        if what is None:
+            raise
+        sys.stderr.write(f"microsurf: {what}\n")
+        sys.exit(3)
     run(usual)
 
 

@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 import click
 
 from ..errors import MicrosurfError
+from . import missing
 
 TRACEBACK = "MICROSURF_TRACEBACK"
 """Environment variable: if it is set, errors print their traceback first."""
@@ -55,6 +56,9 @@ def run(usual: Any) -> None:
     except (OSError, MemoryError) as error:
         _fail(f"could not finish: {error or 'out of memory'}", 3)
     except Exception as error:  # noqa: BLE001 - 1, as Python ends, would mean a verdict
+        absent = missing.sentence(error) if isinstance(error, ImportError) else None
+        if absent:
+            _fail(absent, 3)
         what = ": ".join(filter(None, (type(error).__name__, str(error))))
         _fail(f"fault in microsurf ({what[:300]}); please report it{_where()}", 3)
 
