@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers renderers bench clean
+.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers renderers bench dist clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -63,6 +63,11 @@ bench: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
 	$(BIN)/python -m validation.bench.run
 	$(BIN)/python -m validation.bench.effects
+
+# Wheel and sdist; the wheel tried where nothing else is, by the Pythons named in PYTHONS.
+dist: $(READY)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[dist]"
+	$(BIN)/python -m validation.packages
 
 lint: $(READY)
 	$(BIN)/ruff check .

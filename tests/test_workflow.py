@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,15 @@ def test_nothing_of_the_event_gets_into_the_shell():
 def test_its_shell_is_shell():
     for script in scripts():
         subprocess.run(["bash", "-n"], input=script, text=True, check=True)  # noqa: S607
+
+
+def test_its_machines_are_those_of_the_readme():
+    (file,) = FILES
+    matrix = yaml.safe_load(file.read_text(encoding="utf-8"))["jobs"]["machines"]["strategy"][
+        "matrix"
+    ]
+    for system in ("ubuntu", "macos", "windows"):
+        assert any(name.startswith(system) for name in matrix["os"])
+    assert matrix["python"] == ["3.11", "3.12", "3.13", "3.14"]  # as texts: 3.10 is 3.1 otherwise
+    asked = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert asked["project"]["requires-python"] == f">={matrix['python'][0]}"
