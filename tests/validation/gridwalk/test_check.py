@@ -222,5 +222,5 @@ def test_paths_on_either_engine_are_the_same_paths():
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_path_is_lost_on_either_engine(name):
     for tile in (EmbreeTile(HOSTILE[name]), GridWalk(HOSTILE[name])):
-        tally = wavefront.trace(tile, 80, 0, check.IL, 500, np.random.default_rng(11))
+        tally = wavefront.trace(tile, 80, 0, check.IL, 150, np.random.default_rng(11))
         assert tally.lost[2:].sum() == 0
