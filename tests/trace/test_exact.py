@@ -67,12 +67,13 @@ def test_all_light_is_accounted_for(facets, shape):
         assert tally.lost.sum() == 0
 
 
-def test_a_needle_loses_nothing():
+@pytest.mark.parametrize("paths", [200, pytest.param(4_000, marks=pytest.mark.long)])
+def test_a_needle_loses_nothing(paths):
     """Ten thousand cells high in a tile of 64, lit at 89.9°, Kd = 1."""
     heights = np.zeros((64, 64))
     heights[20, 30] = 1e4
     tile = exact.exact_tile(heights, np.zeros(heights.shape, bool))
-    tally = exact.trace(tile, 89.9, 20.0, IL, 200, np.random.default_rng(1))
+    tally = exact.trace(tile, 89.9, 20.0, IL, paths, np.random.default_rng(1))
     assert abs(tally.energy.sum() / tally.light - 1) <= 1e-12
     assert tally.ended.sum() == 0
 
