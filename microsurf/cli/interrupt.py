@@ -8,6 +8,7 @@ what is half written and ends the process; so it does where Python raises in a p
 exceptions. Windows has no such alarm; there Python's own way stays.
 """
 
+import atexit
 import ctypes
 import os
 import signal
@@ -78,6 +79,7 @@ def arm() -> None:
             UNFINISHED,
         ):  # for ever: the signal may come as Python ends
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(used))
+        atexit.register(_ignore)
     _handle(signal.SIGALRM, "loud")
     _handle(signal.SIGINT, "pressed")
     signal.siginterrupt(signal.SIGINT, True)
@@ -96,10 +98,17 @@ def end() -> None:
     """Say that it was interrupted, once; what is still at work ends within the second."""
     if _engines and signal.getitimer(signal.ITIMER_REAL)[0] > 0:
         _handle(signal.SIGALRM, "quiet")
-    # Python resets a handler of its own as it ends, and a press in that moment would end the
-    # process by the signal instead of with 130; what is ignored stays ignored.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _ignore()
     os.write(2, _TEXT.value)
+
+
+def _ignore() -> None:
+    """Let a press change nothing any more.
+
+    Python resets a handler of its own as it ends, and a press in that moment would end the
+    process by the signal, without a line; what is ignored stays ignored.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _unraisable(what: "sys.UnraisableHookArgs") -> None:

@@ -105,6 +105,27 @@ def test_a_destructor_that_swallows_it_says_nothing(tmp_path):
     assert err.endswith("microsurf: interrupted\n")
 
 
+ENDING = """
+import os, signal
+from microsurf.cli import interrupt
+
+class Press:  # while Python takes down its modules, when its own handlers are gone
+    def __del__(self, kill=os.kill, here=os.getpid(), number=signal.SIGINT):
+        kill(here, number)
+
+interrupt.arm()
+interrupt.disarm()
+last = Press()
+"""
+
+
+def test_a_press_after_the_end_changes_nothing(tmp_path):
+    """All was written, and yet the process ended by the signal."""
+    with children.python(children.LISTEN + ENDING, cwd=tmp_path) as process:
+        _, err = process.communicate(timeout=300)
+    assert (process.returncode, err) == (0, "")
+
+
 IGNORED = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)
