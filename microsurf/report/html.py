@@ -75,6 +75,7 @@ class Report:
         self._slugs = attachments.slugs(names)
         self._room = attachments.DATA_BYTES
         self._entries: list[Validation] = []
+        self._scenes: list[dict[str, Any]] = []
         self._drawn: list[dict[str, Any]] = []
         self._cited: list[str] = []
 
@@ -98,10 +99,11 @@ class Report:
         )
         self._cited += [key for part in further for key in part.cites]
         self._entries.append(entry)
+        self._scenes.append(json_document.of_scene(entry))
 
     def write_so_far(self) -> None:
         """Write the page of the scenes that are finished; it says which are not."""
-        content = json_document.of(self._entries, self._seed)
+        content = json_document.of(self._scenes, self._seed)
         waiting = self._names[len(self._entries) :]
         page = self._page(content, [], (), self._references(), waiting)
         _write(self._out / "report.html", page)
@@ -124,7 +126,7 @@ class Report:
             Further sections of the whole report, before the scenes.
 
         """
-        content = json_document.of(self._entries, self._seed, lasting, old)
+        content = json_document.of(self._scenes, self._seed, lasting, old)
         references = self._references([key for part in of_all for key in part.cites])
         page = self._page(content, pictures.of_all(self._entries), of_all, references)
         json_document.save(content, self._out / "report.json")

@@ -24,13 +24,21 @@ LIBRARIES = (
 """What microsurf needs to run."""
 
 
+def of_scene(entry: Validation) -> dict[str, Any]:
+    """Figures of one scene; their errors take most of a second."""
+    return {**as_json(entry), "errors": uncertainty.as_json(entry.measured, entry.scene)}
+
+
 def of(
-    entries: list[Validation],
+    scenes: list[dict[str, Any]],
     seed: int,
     lasting: Iterable[Invariant] = (),
     old: tuple[str, dict[str, Any]] | None = None,
 ) -> dict[str, Any]:
-    """Give the document of report.json; report.schema.json beside this file describes it."""
+    """Give the document of report.json, of figures of scenes, see `of_scene`.
+
+    report.schema.json beside this file describes it.
+    """
     lasting = list(lasting)
     content = {
         "schema": regression.SCHEMA,
@@ -39,10 +47,7 @@ def of(
         "command": shlex.join(["microsurf", *sys.argv[1:]]),
         "python": platform.python_version(),
         "libraries": versions(),
-        "scenes": [
-            {**as_json(entry), "errors": uncertainty.as_json(entry.measured, entry.scene)}
-            for entry in entries
-        ],
+        "scenes": list(scenes),
         "invariants": as_rows(lasting),
         "broken": broken(lasting),
     }
