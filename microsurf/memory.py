@@ -134,6 +134,12 @@ def require(cells: int, bytes_per_cell: int, name: str) -> None:
         )
 
 
+def at_once(cells: int, workers: int | None = None) -> int:
+    """How many surfaces of so many cells in all may be made at the same time, at least one."""
+    fit = int(available() // (cells * EXACT_BYTES_PER_CELL))
+    return max(min(workers or cores(), fit), 1)
+
+
 def lobes_that_fit() -> int:
     """How many lobes, one for each realisation and angle, fit into memory."""
     return int(min(available() / BYTES_PER_LOBE, 10**9))

@@ -11,7 +11,7 @@ from ..model import registry
 from ..results import albedos
 from ..scene import Scene
 from ..scene.layers import refuse
-from ..surface import Heightfield, StdFit, surface_statistics, surfaces_of
+from ..surface import Heightfield, StdFit, all_surfaces_of, surface_statistics
 from ..trace import measure
 from . import comparison, omitted_effects, predictions
 from .error_budget import assemble
@@ -119,7 +119,7 @@ def validate_scene(
     refuse(scene.layers, "validation")
     stages = stages or Stages()
     run: dict[str, Any] = {"seed": seed, "workers": workers, "progress": progress}
-    surfaces = _Surfaces(scene, seed)
+    surfaces = _Surfaces(scene, seed, workers)
     fit, notes = prepared or prepare(scene)
     theory = scene if fit is None else fitted_scene(scene, fit)
     turn = 0.0 if fit is None else turn_of(fit)
@@ -190,11 +190,11 @@ def validate_scene(
         ),
     )
     if rough:
-        first_surface = surfaces.made()[0]
-        referee = partial(
-            invariants.second_engine, scene, first_surface, seed=seed, workers=workers
+        seen = stages.done(
+            "second-engine",
+            lambda: invariants.second_engine(scene, surfaces.made()[0], seed=seed, workers=workers),
         )
-        held = [*held, stages.done("second-engine", referee)]
+        held = [*held, seen]
     return Validation(
         name=name,
         scene=theory,
@@ -222,8 +222,8 @@ def validate_scene(
 class _Surfaces:
     """The surfaces of a scene, made when first asked for: not at all if no stage wants them."""
 
-    def __init__(self, scene: Scene, seed: int) -> None:
-        self._scene, self._seed = scene, seed
+    def __init__(self, scene: Scene, seed: int, workers: int | None) -> None:
+        self._scene, self._seed, self._workers = scene, seed, workers
         self._made: list[Heightfield] = []
         self.count = scene.surface.realisations
 
@@ -231,7 +231,9 @@ class _Surfaces:
         """All of them."""
         if not self._made:
             asked = replace(self._scene.surface, realisations=self.count)
-            self._made = list(surfaces_of(replace(self._scene, surface=asked), self._seed))
+            self._made = all_surfaces_of(
+                replace(self._scene, surface=asked), self._seed, self._workers
+            )
         return self._made
 
 

@@ -10,6 +10,7 @@ from .layers import LayeredMesh, layered_mesh, substrate_digest
 from .measured import from_array
 from .readers.height_map import HeightMap
 from .realisations import (
+    all_surfaces_of,
     notes_on_file,
     read_asked,
     realisation_seed,
@@ -29,6 +30,7 @@ __all__ = [
     "LayeredMesh",
     "Mesh",
     "StdFit",
+    "all_surfaces_of",
     "endings_text",
     "facet_normals",
     "facet_slopes",

@@ -1,6 +1,8 @@
 """The surfaces a scene asks for, one for each realisation."""
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from .. import memory, seeds
@@ -34,6 +36,14 @@ def surfaces_of(scene: Scene, seed: int = 0) -> Iterator[Heightfield]:
     count = scene.surface.realisations if scene.surface.file is None else 1
     for realisation in range(count):
         yield surface_of(scene, seed, realisation)
+
+
+def all_surfaces_of(scene: Scene, seed: int = 0, workers: int | None = None) -> list[Heightfield]:
+    """All that `surfaces_of` gives, made side by side as far as memory goes."""
+    if scene.surface.file is not None:
+        return list(surfaces_of(scene, seed))
+    with ThreadPoolExecutor(memory.at_once(scene.surface.cells**2, workers)) as pool:
+        return list(pool.map(partial(surface_of, scene, seed), range(scene.surface.realisations)))
 
 
 def notes_on_file(scene: Scene) -> list[str]:

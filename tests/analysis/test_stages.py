@@ -65,7 +65,7 @@ def test_a_scene_stopped_after_every_stage_ends_the_same(tmp_path):
 def test_all_kinds_of_scenes_are_taken_up(tmp_path, scene, monkeypatch):
     run = Run(tmp_path, resume=False)
     whole = validated(run.stages(scene="tiny"), scene)
-    for name in ("measure", "surfaces_of", "masking_by_slope", "refine"):
+    for name in ("measure", "all_surfaces_of", "masking_by_slope", "refine"):
         monkeypatch.setattr(validate, name, lambda *_, **__: pytest.fail("done again"))
     assert figures(validated(run.stages(scene="tiny"), scene)) == figures(whole)
 

@@ -7,15 +7,18 @@ finite-size effects fall with the size. That is assumed, not measured.
 """
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ... import memory
 from ...scene import MAX_CELLS, Scene
 from ...stats import intervals
-from ...surface import Heightfield, generate_surface, realisation_seed, surface_of
+from ...surface import Heightfield, all_surfaces_of, generate_surface, realisation_seed
 from ...trace import measure
 from .regions import components
 from .terms import TermEstimate
@@ -56,17 +59,20 @@ def refine(
     refined_scene = replace(scene, accuracy=scene.accuracy.with_paths(paths), expect={})
     surface_seed = realisation_seed(seed, _SEED * 1000)
 
-    half = replace(refined_scene, surface=replace(surface, cells=max(surface.cells // 2, 2)))
+    smaller = replace(surface, cells=max(surface.cells // 2, 2), realisations=HALVES)
+    half = replace(refined_scene, surface=smaller)
 
     def traced(surfaces: list[Heightfield]) -> xr.Dataset:
         return measure(
             refined_scene, surfaces, seed=surface_seed, workers=workers, progress=progress
         )
 
-    coarse, fine = (
-        traced([_made(scene, surface_seed, r, f) for r in range(PAIRS)]) for f in (1, 2)
-    )
-    small = traced([surface_of(half, surface_seed, r) for r in range(HALVES)])
+    with ThreadPoolExecutor(memory.at_once(4 * surface.cells**2, workers)) as pool:
+        coarse, fine = (
+            traced(list(pool.map(partial(_made, scene, surface_seed, factor=f), range(PAIRS))))
+            for f in (1, 2)
+        )
+    small = traced(all_surfaces_of(half, surface_seed, workers))
     mesh, tile = {}, {}
     n = scene.material.n
     for kd in scene.material.kd:
