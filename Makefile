@@ -53,10 +53,11 @@ frontiers: $(READY)
 	$(BIN)/python -m validation.tradeoff.run
 	$(BIN)/python -m validation.tradeoff.recommendations
 
-# Mitsuba's BSDFs against explicit surfaces; five minutes.
+# Mitsuba's BSDFs against explicit surfaces, six minutes; the picture wants LLVM 19.
 renderers: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
 	$(BIN)/python -m validation.renderers.run
+	$(BIN)/python -m validation.renderers.picture
 
 # Wants a quiet machine and LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)

@@ -24,7 +24,7 @@ LAYERS = (
     {"model", "trace"},
     {"mitsuba"},
     {"stability", "invariants"},
-    {"analysis", "mitsuba"},
+    {"analysis"},
     {"report"},
     {"cli"},
 )

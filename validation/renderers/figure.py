@@ -1,4 +1,4 @@
-"""Errors of Mitsuba's BSDFs over incidence, and where the light of ``roughplastic`` is."""
+"""Errors of BSDFs and of a walk over incidence, and where the light of ``roughplastic`` is."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,12 +34,12 @@ LAYERS = (
 
 @own_style()
 def errors_and_light(rows: list[Row]) -> Figure:
-    """Rows of one seed: a panel for each plug-in, the last for the light."""
-    figure = new_figure(5.6, 11)
-    panels = figure.subplots(2, 4).ravel()
-    for axes, name in zip(panels, study.PLUGINS, strict=False):
+    """Rows of one seed: a panel for each model, the last for the light."""
+    figure = new_figure(5.6, 13.5)
+    panels = figure.subplots(2, 5).ravel()
+    for axes, name in zip(panels, study.MODELS, strict=False):
         _errors(axes, name, [r for r in rows if r["bsdf"] == name and r["part"] == "total"])
-    panels[1].legend(fontsize=SMALL - 1, title="α", title_fontsize=SMALL, loc="upper right")
+    panels[8].legend(fontsize=SMALL - 1, title="α", title_fontsize=SMALL, loc="lower left", ncols=2)
     _light(panels[-1], [r for r in rows if r["bsdf"] == SHOWN])
     return figure
 
@@ -57,7 +57,7 @@ def _errors(axes: Axes, name: str, rows: list[Row]) -> None:
             color=color, marker=marker, markersize=4, label=f"{alpha:g}",
         )  # fmt: skip
     axes.set(
-        title=name, xlabel=r"$\theta_i$ (°)", ylabel="total: Mitsuba/traced − 1 (%)",
+        title=name, xlabel=r"$\theta_i$ (°)", ylabel="total over traced − 1 (%)",
         xticks=study.THETAS,
     )  # fmt: skip
     axes.title.set_fontsize(SMALL + 0.5)
@@ -75,7 +75,7 @@ def _light(axes: Axes, rows: list[Row]) -> None:
             for kind in ("specular", "body")
             for value in (first[kind], of[kind]["traced"] - first[kind])
         ]
-        mitsuba = [of["specular"]["mitsuba"], 0.0, of["body"]["mitsuba"], 0.0]
+        mitsuba = [of["specular"]["predicted"], 0.0, of["body"]["predicted"], 0.0]
         for x, heights in ((k - 0.2, traced), (k + 0.2, mitsuba)):
             base = np.cumsum([0.0, *heights[:-1]])
             for (label, color), height, bottom in zip(LAYERS, heights, base, strict=True):

@@ -3,7 +3,7 @@
     python -m validation.renderers.run
 
 Writes mitsuba.csv (every row, both seeds), mitsuba.png and mitsuba.md to reports/renderers.
-Five minutes on one core; wants the extra ``mitsuba``.
+Six minutes on one core; wants the extra ``mitsuba``.
 """
 
 import sys

@@ -2,10 +2,12 @@
 
 Each plug-in is given what it has a parameter for: int_ior, reflectance, α = σ of GGX (γ = 2) or
 Beckmann (γ → ∞). A renderer adds nothing to its BSDF, so that the sum stands for all orders;
-its components stand beside order 1 and beside all orders of their kind.
+its components stand beside order 1 and beside all orders of their kind. A random walk of all
+orders goes through the same comparison, to tell what the surfaces themselves differ by.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import xarray as xr
@@ -32,11 +34,11 @@ Parts = tuple[tuple[str, str | None, int | None], ...]
 
 
 @dataclass(frozen=True)
-class Plugin:
-    """One BSDF of Mitsuba on the facets that it means.
+class Compared:
+    """One model on the facets that it means.
 
-    ``given`` is what stands behind ``--model mitsuba:``; ``parts`` of its light, which
-    may be compared: name, kind and order of the traced light (None: of all).
+    ``given`` is what stands behind ``--model``; ``parts`` of its light, which may be
+    compared: name, kind and order of the traced light (None: of all).
     """
 
     given: str
@@ -45,29 +47,38 @@ class Plugin:
     parts: Parts
 
 
+WALK = "smith-walk"
+WALKS = 200_000
+
 TOTAL: Parts = (("total", None, None),)
 KINDS: Parts = (
     ("order-1 specular", "specular", 1), ("order-1 body", "body", 1),
     ("specular", "specular", None), ("body", "body", None),
 )  # fmt: skip
-PLUGINS = {
-    "roughplastic, nonlinear": Plugin(
-        "roughplastic,nonlinear=true", PLASTIC, 2.0, (*KINDS, *TOTAL)
+MODELS = {
+    "roughplastic, nonlinear": Compared(
+        "mitsuba:roughplastic,nonlinear=true", PLASTIC, 2.0, (*KINDS, *TOTAL)
     ),
-    "roughplastic": Plugin("roughplastic", PLASTIC, 2.0, (*KINDS, *TOTAL)),
-    "plastic, nonlinear": Plugin("plastic,nonlinear=true", PLASTIC, 2.0, (*KINDS, *TOTAL)),
-    "principled": Plugin("principled", PLASTIC, 2.0, TOTAL),
-    "roughconductor, GGX": Plugin("roughconductor", GOLD, 2.0, (KINDS[0], *TOTAL)),
-    "roughconductor, Beckmann": Plugin("roughconductor", GOLD, BECKMANN, (KINDS[0], *TOTAL)),
-    "diffuse": Plugin("diffuse", LAMBERTIAN, 2.0, TOTAL),
+    "roughplastic": Compared("mitsuba:roughplastic", PLASTIC, 2.0, (*KINDS, *TOTAL)),
+    "plastic, nonlinear": Compared(
+        "mitsuba:plastic,nonlinear=true", PLASTIC, 2.0, (*KINDS, *TOTAL)
+    ),
+    "principled": Compared("mitsuba:principled", PLASTIC, 2.0, TOTAL),
+    "smith-walk, plastic": Compared(WALK, PLASTIC, 2.0, (*KINDS, *TOTAL)),
+    "roughconductor, GGX": Compared("mitsuba:roughconductor", GOLD, 2.0, (KINDS[0], *TOTAL)),
+    "roughconductor, Beckmann": Compared(
+        "mitsuba:roughconductor", GOLD, BECKMANN, (KINDS[0], *TOTAL)
+    ),
+    "diffuse": Compared("mitsuba:diffuse", LAMBERTIAN, 2.0, TOTAL),
+    "smith-walk, gold": Compared(WALK, GOLD, 2.0, (KINDS[0], *TOTAL)),
 }
 
 
-def scene_of(plugin: Plugin, alpha: float, thetas: tuple[float, ...] = THETAS) -> Scene:
-    """Scene whose facets a plug-in means at a roughness."""
+def scene_of(compared: Compared, alpha: float, thetas: tuple[float, ...] = THETAS) -> Scene:
+    """Scene whose facets a model means at a roughness."""
     return Scene(
-        material=plugin.material,
-        roughness=Roughness(plugin.gamma, (alpha,)),
+        material=compared.material,
+        roughness=Roughness(compared.gamma, (alpha,)),
         surface=SURFACE,
         light=Light(thetas),
         accuracy=Accuracy(PATHS),
@@ -75,29 +86,28 @@ def scene_of(plugin: Plugin, alpha: float, thetas: tuple[float, ...] = THETAS) -
 
 
 def predictions(alphas: tuple[float, ...] = ALPHAS) -> dict[tuple[str, float], xr.Dataset]:
-    """What Mitsuba's BSDFs send into the detector's bins, by plug-in and α."""
+    """What all models send into the detector's bins, by name and α."""
     found = {}
-    for name, plugin in PLUGINS.items():
-        brdf = model.load_user_brdf(f"mitsuba:{plugin.given}")
-        for alpha in alphas:
-            found[name, alpha] = model.predict_user_brdf(brdf, scene_of(plugin, alpha))
+    for (name, compared), alpha in product(MODELS.items(), alphas):
+        scene = scene_of(compared, alpha)
+        if compared.given == WALK:
+            found[name, alpha] = model.walk(scene, WALK, walks=WALKS)
+        else:
+            brdf = model.load_user_brdf(compared.given)
+            found[name, alpha] = model.predict_user_brdf(brdf, scene)
     return found
 
 
-def rows(
-    predicted: dict[tuple[str, float], xr.Dataset], seed: int, scale: float = 1.0
-) -> list[Row]:
-    """Compare all with surfaces of one seed; ``scale`` times the paths."""
+def rows(predicted: dict[tuple[str, float], xr.Dataset], seed: int) -> list[Row]:
+    """Compare all with surfaces of one seed."""
     traced: dict[tuple[Material, float, float], xr.Dataset] = {}
     table = []
     for (name, alpha), theory in predicted.items():
-        plugin = PLUGINS[name]
-        scene = scene_of(plugin, alpha)
-        scene = replace(scene, accuracy=Accuracy(int(scale * PATHS)))
-        key = plugin.material, plugin.gamma, alpha
+        compared = MODELS[name]
+        key = compared.material, compared.gamma, alpha
         if key not in traced:
-            traced[key] = measure(scene, seed=seed)
-        for part, kind, order in plugin.parts:
+            traced[key] = measure(scene_of(compared, alpha), seed=seed)
+        for part, kind, order in compared.parts:
             table += _compared(traced[key], theory, part, kind, order)
             for row in table[-len(THETAS) :]:
                 row.update(bsdf=name, alpha=alpha, seed=seed)
@@ -107,22 +117,26 @@ def rows(
 def _compared(
     measured: xr.Dataset, theory: xr.Dataset, part: str, kind: str | None, order: int | None
 ) -> list[Row]:
-    """One part at each incidence: Mitsuba over traced − 1, with Student's interval of surfaces."""
+    """One part at each incidence: model over traced − 1, with Student's interval of surfaces."""
     of = measured.microsurf.albedo(order, kind).mean("realisation").isel(phi_i=0).values
     error = measured.microsurf.standard_error(order, kind).isel(phi_i=0).values
-    mitsuba = theory.microsurf.albedo(None, kind).isel(realisation=0, phi_i=0).values
-    bound = theory.relative_error.isel(phi_i=0).max("part").values
+    # All light of a BSDF stands under order 1.
+    predicted = theory.microsurf.albedo(order, kind).isel(realisation=0, phi_i=0).values
+    noise = theory.microsurf.ray_error(order, kind).isel(realisation=0, phi_i=0).values
+    noise = intervals.normal() * noise / predicted
+    if "relative_error" in theory:
+        noise = theory.relative_error.isel(phi_i=0).max("part").values
     factor = intervals.over_values(measured.sizes["realisation"], intervals.CONFIDENCE)
     table = []
     for t, theta in enumerate(THETAS):
-        effect = mitsuba[t] / of[t] - 1
-        half = (1 + effect) * (factor * error[t] / of[t] + bound[t])
+        effect = predicted[t] / of[t] - 1
+        half = (1 + effect) * (factor * error[t] / of[t] + noise[t])
         low, high = effect - half, effect + half
         table.append(
             {
                 "bsdf": "", "alpha": 0.0, "theta_i": theta, "part": part, "seed": 0,
                 "traced": float(of[t]), "standard_error": float(error[t]),
-                "mitsuba": float(mitsuba[t]), "effect": float(effect), "low": float(low),
+                "predicted": float(predicted[t]), "effect": float(effect), "low": float(low),
                 "high": float(high), "verdict": decide(low, high, MARGIN),
             }
         )  # fmt: skip

@@ -7,12 +7,13 @@ from .study import Row
 
 HEAD = """# Mitsuba's BSDFs against explicit surfaces
 
-Mitsuba's value over the traced one − 1, in %, seed {seed}, with its 95 % interval over {count}
+Value of each over the traced one − 1, in %, seed {seed}, with its 95 % interval over {count}
 surfaces; **bold**: departs from ±{margin:.0f} %, *italic*: undecided. n = 1.5, Kd = 0.8 under
 `roughplastic`, `plastic` and `principled`; gold under `roughconductor`; n = 1, Kd = 0.8 under
 `diffuse`; slopes of GGX but where Beckmann is named, α = σ. A renderer adds nothing to its BSDF,
 so *total* is held against all orders; kinds against order 1 and against all orders of the kind.
-The mirror of `plastic` is part of its specular albedo.
+The mirror of `plastic` is part of its specular albedo. `smith-walk` is microsurf's own theory of
+all orders: what it is off by is the surfaces' own, which are not Smith's.
 
 ![Errors of the total, and where the light of roughplastic is.](mitsuba.png)
 
@@ -41,7 +42,7 @@ def page(table: list[Row]) -> str:
         all=len(first),
         turned=sum("undecided" not in pair for pair in moved) or "none",
     )
-    return head + "".join(_section(name, first.values()) for name in study.PLUGINS)
+    return head + "".join(_section(name, first.values()) for name in study.MODELS)
 
 
 def _section(name: str, rows: Iterable[Row]) -> str:
@@ -52,11 +53,7 @@ def _section(name: str, rows: Iterable[Row]) -> str:
         for alpha in study.ALPHAS:
             cells = [_cell(r) for r in mine if r["part"] == part and r["alpha"] == alpha]
             lines.append(f"| {part} | {alpha:g} | {' | '.join(cells)} |")
-    return (
-        f"\n## {name}\n\n`--model mitsuba:{study.PLUGINS[name].given}`\n\n"
-        + "\n".join(lines)
-        + "\n"
-    )
+    return f"\n## {name}\n\n`--model {study.MODELS[name].given}`\n\n" + "\n".join(lines) + "\n"
 
 
 def _cell(row: Row) -> str:

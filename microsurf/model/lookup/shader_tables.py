@@ -5,6 +5,7 @@ term without its masking, f_b i_z o_z/G2, is smooth and bounded over all pairs o
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +63,7 @@ def body_table(facets: Facets) -> PairTable:
     )
 
 
+@lru_cache(8)
 def shader_tables(facets: Facets) -> ShaderTables:
-    """Both, of height-correlated Smith masking."""
+    """Both, of height-correlated Smith masking; the last few are remembered."""
     return ShaderTables(masking_table(facets.gamma), None if facets.k > 0 else body_table(facets))

@@ -6,7 +6,7 @@ import pytest
 
 from validation.renderers import figure, run, study, text
 
-NUMBERS = ("alpha", "theta_i", "traced", "standard_error", "mitsuba", "effect", "low", "high")
+NUMBERS = ("alpha", "theta_i", "traced", "standard_error", "predicted", "effect", "low", "high")
 
 
 @pytest.fixture
@@ -17,13 +17,13 @@ def rows():
 
 
 def test_the_page_is_that_of_the_rows(rows):
-    assert {row["bsdf"] for row in rows} == set(study.PLUGINS)
+    assert {row["bsdf"] for row in rows} == set(study.MODELS)
     assert text.page(rows) == (run.OUT / "mitsuba.md").read_text(encoding="utf-8")
 
 
 def test_effects_are_those_of_the_albedos(rows):
     for row in rows:
-        assert row["effect"] == pytest.approx(row["mitsuba"] / row["traced"] - 1, abs=2e-3)
+        assert row["effect"] == pytest.approx(row["predicted"] / row["traced"] - 1, abs=2e-3)
         assert row["low"] <= row["effect"] <= row["high"]
 
 
@@ -32,7 +32,7 @@ def test_parts_add_up(rows):
     of = {(r["bsdf"], r["alpha"], r["theta_i"], r["seed"], r["part"]): r for r in rows}
     for key, row in of.items():
         if key[-1] == "total" and (*key[:-1], "body") in of:
-            for column in ("traced", "mitsuba"):
+            for column in ("traced", "predicted"):
                 parts = sum(of[*key[:-1], part][column] for part in ("specular", "body"))
                 assert row[column] == pytest.approx(parts, abs=2e-4)
 
@@ -46,4 +46,4 @@ def test_a_verdict_that_turns_is_counted(rows):
 
 def test_the_figure_has_a_panel_for_each(rows):
     drawn = figure.errors_and_light([row for row in rows if row["seed"] == 1])
-    assert len([a for a in drawn.axes if a.get_title()]) == len(study.PLUGINS) + 1
+    assert len([a for a in drawn.axes if a.get_title()]) == len(study.MODELS) + 1
