@@ -62,6 +62,7 @@ renderers: $(READY)
 # Wants a quiet machine and LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
+	$(BIN)/python -m validation.bench.engines
 	$(BIN)/python -m validation.bench.run
 	$(BIN)/python -m validation.bench.effects
 
