@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers renderers bench dist clean
+.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers renderers bench dist docs clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -70,6 +70,11 @@ bench: $(READY)
 dist: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[dist]"
 	$(BIN)/python -m validation.packages
+
+# The site, into build/docs; its notebooks run.
+docs: $(READY)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[docs]"
+	$(BIN)/python -m validation.site
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -128,14 +128,16 @@ def compare(
     The total is compared with ``all_orders``, a prediction of multiple scattering; without one
     with ``predicted`` if that is of all orders or light meets no second facet, and else not at
     all: one bounce is no theory of all of them. Quantities that the theory says are zero (no
-    interface, no substrate) are left out. One comparison for each quantity, angle and Kd.
+    interface, no substrate) are left out, and so are parts that a user BRDF of all orders does not
+    tell apart. One comparison for each quantity, angle and Kd.
     """
     needs = scene.requires
+    in_parts = predicted.attrs.get("orders") != "all"
     names = [
         name
         for name, wanted in (
-            ("specular", needs.interface),
-            ("body", needs.substrate),
+            ("specular", needs.interface and in_parts),
+            ("body", needs.substrate and in_parts),
             (
                 "total",
                 (needs.interface or needs.substrate)
@@ -172,7 +174,8 @@ def compare(
 def _of_all_orders(measured: xr.Dataset, predicted: xr.Dataset, scene: Scene) -> bool:
     """Whether a prediction answers for all light that was measured."""
     one_bounce = not (scene.requires.roughness and scene.requires.multiple_scattering)
-    return one_bounce or predicted.sizes["order"] > 1 or measured.sizes["order"] == 1
+    several = predicted.sizes["order"] > 1 or predicted.attrs.get("orders") == "all"
+    return one_bounce or several or measured.sizes["order"] == 1
 
 
 def _comparison(

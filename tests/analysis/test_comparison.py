@@ -9,6 +9,7 @@ from scipy import stats
 
 from microsurf.analysis.comparison import ComparisonTable, compare, decide
 from microsurf.errors import InputError
+from microsurf.model import UserBrdf, predict_user_brdf
 from microsurf.results import datasets, detector
 from microsurf.scene import Light, Material, Roughness, Scene
 from microsurf.scene.expectation import Expectation
@@ -144,6 +145,22 @@ def test_only_what_the_scene_has_is_compared():
     assert names(theta=(0.0,), kd=(0.0,)) == ["specular", "total"]
     assert names(theta=(0.0,), kd=(0.0, 0.5)) == ["specular"] * 2 + ["body"] + ["total"] * 2
     assert names(n=1.0, kd=(0.0,)) == []
+
+
+@pytest.mark.parametrize(
+    ("value", "names"),
+    [
+        (lambda i, o: (0 * i[:, 2] + 0.01, 0 * o[:, 2] + 0.2), ["specular", "body"]),
+        (lambda i, _: 0 * i[:, 2] + 0.2, ["total"]),
+    ],
+)
+def test_a_user_brdf_of_all_orders_is_compared_in_total_alone(value, names):
+    scene = Scene(roughness=Roughness(2.0, (0.3,)), light=Light((0.0,)))
+    predicted = predict_user_brdf(UserBrdf("toy", value), scene)
+    flux = np.full((2, 1, 1, 4, 2, detector.RINGS, detector.SECTORS), 1e-5)
+    measured = datasets.build(flux, (0.0,), (0.0,))
+    measured["paths"] = (("realisation", "theta_i", "phi_i"), np.full((2, 1, 1), 1e4))
+    assert [row.quantity for row in compare(measured, predicted, scene)] == names
 
 
 def test_effect_and_interval_by_hand():
