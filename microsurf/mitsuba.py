@@ -188,8 +188,8 @@ class Ilstd:
             cosine = dr.dot(wi, h)
             distribution = self._facets.distribution(dr, h)
             value += self._fresnel(cosine, si, active) * (distribution * masked / 4)
-            seen = self._facets.density(dr, wi, h, cosine)
-            density += share * distribution * seen / (4 * cosine)
+            visible = self._facets.density(dr, wi, h, cosine)
+            density += share * distribution * visible / (4 * cosine)
         if body:
             value += self._weight(si, active) * (self._unmasked_body(wi, wo) * masked)
             density += (1 - share) * wo.z / np.pi

@@ -10,6 +10,8 @@ import numpy as np
 
 SURFACES: Final = 0
 """Realisations of a surface: (realisation)."""
+REFINEMENT: Final = 5000
+"""Among SURFACES, the realisation whose seed is that of an error budget's finer mesh and tile."""
 RAYS: Final = 1
 """Paths traced: (realisation, angle, number)."""
 WALKS: Final = 2

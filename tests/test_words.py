@@ -63,6 +63,8 @@ NAMES = {
     "workers",
 }  # fmt: skip
 """Ordinary words that no module or class is named for: each meant something of its own."""
+LOCALS = {"asked", "dear", "found", "made", "own", "place", "seen", "told"}
+"""Participles that say nothing of a value: no variable of the package is called so."""
 
 
 def used(text, words, where=""):
@@ -109,6 +111,20 @@ def test_every_allowed_use_is_one():
     text = " ".join(path.read_text(encoding="utf-8").lower() for path in [*FILES, *PAGES])
     text = " ".join(text.split())
     assert not [phrase for phrase in ALLOWED if phrase not in text]
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in FILES if p.suffix == ".py" and where(p).startswith("microsurf")], ids=where
+)
+def test_a_local_is_the_noun_that_it_is(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    stored = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and not _is_read(n)}
+    given = {n.arg for n in ast.walk(tree) if isinstance(n, ast.arg)}
+    assert not (stored | given) & LOCALS
+
+
+def _is_read(name):
+    return isinstance(name.ctx, ast.Load)
 
 
 @pytest.mark.parametrize("path", [p for p in FILES if p.suffix == ".py"], ids=where)

@@ -26,7 +26,7 @@ class Wanted:
     lobe: bool
     between: float
     of_path: float
-    asked: float
+    target: float
 
     def left(self, surfaces: int, paths: int) -> float:
         """Standard error of the mean."""
@@ -34,7 +34,7 @@ class Wanted:
 
     def surfaces(self, paths: float) -> float:
         """How many it takes, not widened."""
-        return (self.between + self.of_path / paths) / self.asked**2
+        return (self.between + self.of_path / paths) / self.target**2
 
 
 def wanted_of(
@@ -61,12 +61,13 @@ def cheapest(wanted: list[Wanted], scene: Scene, cells: int, *, single: bool) ->
         return scene.surface.realisations, scene.accuracy.paths
     if single:
         least = 1 if scene.surface.file is not None else scene.surface.realisations
-        worst = max(wanted, key=lambda w: w.of_path / w.asked**2)
-        each = _paths(worst.of_path / worst.asked**2 / least)
+        worst = max(wanted, key=lambda w: w.of_path / w.target**2)
+        each = _paths(worst.of_path / worst.target**2 / least)
         if each > MOST_PATHS:
             raise InputError(
-                f"{'lobe' if worst.lobe else 'standard'}_error = {worst.asked:g}: would take about "
-                f"{each:.1g} paths, the most are {MOST_PATHS:.0g}; ask for a larger one"
+                f"{'lobe' if worst.lobe else 'standard'}_error = {worst.target:g}: "
+                f"would take about {each:.1g} paths, the most are {MOST_PATHS:.0g}; "
+                "ask for a larger one"
             )
         return least, each
     hardest = max(wanted, key=lambda w: w.surfaces(PILOT_PATHS))
@@ -83,7 +84,7 @@ def cheapest(wanted: list[Wanted], scene: Scene, cells: int, *, single: bool) ->
 
     count = next((count for count in range(least, most) if enough(count)), max(most, least))
     # The least number of surfaces may be more than enough: then fewer rays do.
-    room = [(count * (w.asked / _widened(count)) ** 2 - w.between, w.of_path) for w in wanted]
+    room = [(count * (w.target / _widened(count)) ** 2 - w.between, w.of_path) for w in wanted]
     if all(left > 0 for left, _ in room):
         paths = min(paths, max(v / left for left, v in room))
     return count, _paths(paths)

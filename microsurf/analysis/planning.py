@@ -220,7 +220,7 @@ def _notes(scene: Scene) -> list[str]:
 def _missed(wanted: list[Wanted], planned: Scene) -> list[str]:
     """Say if even the most surfaces leave more than is asked."""
     count, paths = planned.surface.realisations, planned.accuracy.paths
-    worst = max((w.left(count, paths) / w.asked for w in wanted), default=0.0)
+    worst = max((w.left(count, paths) / w.target for w in wanted), default=0.0)
     if worst <= 1:
         return []
     left = f"{worst:.2g} times the error asked for is left by {count} surfaces"

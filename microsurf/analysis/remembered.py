@@ -54,15 +54,15 @@ def remembered(
     folder = _folder()
     digest = hashlib.sha256(name.encode()).hexdigest()[:16]
     path = None if folder is None else folder / f"{digest}.npz"
-    found: Any = None if path is None or again else stored.load(path, key)
-    if found is not None:
-        kept: Dated[T] = found[0]
+    result: Any = None if path is None or again else stored.load(path, key)
+    if result is not None:
+        kept: Dated[T] = result[0]
         return kept
-    made = Dated(make(), datetime.now(UTC).isoformat(" ", "minutes").removesuffix("+00:00"))
-    if path is not None and sound(made.value):
+    new = Dated(make(), datetime.now(UTC).isoformat(" ", "minutes").removesuffix("+00:00"))
+    if path is not None and sound(new.value):
         with suppress(InputError, MicrosurfError, OSError):  # no room: not kept, no less right
-            stored.save(path, key, made)
-    return made
+            stored.save(path, key, new)
+    return new
 
 
 def _folder() -> Path | None:
@@ -77,9 +77,9 @@ def _folder() -> Path | None:
 
 def _usual() -> Path:
     if sys.platform == "win32":
-        place = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+        folder = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
-        place = Path.home() / "Library" / "Caches"
+        folder = Path.home() / "Library" / "Caches"
     else:
-        place = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(place) / "microsurf"
+        folder = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(folder) / "microsurf"

@@ -47,7 +47,7 @@ def self_test(
     held = remembered(
         f"invariants, engine {engine}, seed {seed}",
         lambda: global_invariants(seed, workers, engine=engine, progress=progress),
-        lambda found: not broken(found),
+        lambda findings: not broken(findings),
         again=again,
     )
     if not digits:
@@ -55,7 +55,7 @@ def self_test(
     mapped = remembered(
         f"stability, quick, engine {engine}",
         lambda: survey(quick=True, engine=engine, progress=progress),
-        lambda found: found.sound,
+        lambda findings: findings.sound,
         again=again,
     )
     return SelfTest(held.value, mapped.value, min(held.date, mapped.date))

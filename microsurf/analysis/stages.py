@@ -49,9 +49,9 @@ class Stages:
         is no room for it.
         """
         path = None if self._folder is None else self._folder / f"{self._key[:24]}-{name}.npz"
-        found = None if path is None else load(path, self._key)
-        if found is not None:
-            value, seconds = found[0]
+        stored_result = None if path is None else load(path, self._key)
+        if stored_result is not None:
+            value, seconds = stored_result[0]
             self.taken_up += 1
         else:
             begin = time.perf_counter()

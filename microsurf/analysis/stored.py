@@ -54,8 +54,8 @@ def load(path: Path, key: str) -> tuple[Any] | None:
         with zipfile.ZipFile(path) as archive:
             if sum(part.file_size for part in archive.infolist()) > memory.available():
                 return None
-        with np.load(path, allow_pickle=False) as found:
-            arrays = {name: found[name] for name in found.files}
+        with np.load(path, allow_pickle=False) as members:
+            arrays = {name: members[name] for name in members.files}
         if not np.array_equal(arrays[_SUM], _checksum(path.name, key, arrays)):
             return None
         return (_decoded(json.loads(arrays[_TEXT].tobytes()), arrays),)
@@ -143,9 +143,9 @@ def _decoded(text: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
 def _class(name: str) -> type:
     """A dataclass of this package, of a module that was imported; nothing else is ever called."""
     module, _, kind = name.rpartition(".")
-    found = getattr(sys.modules[module], kind)
+    resolved = getattr(sys.modules[module], kind)
     if module.split(".")[0] != PACKAGE.name or not (
-        isinstance(found, type) and is_dataclass(found)
+        isinstance(resolved, type) and is_dataclass(resolved)
     ):
         raise TypeError(name)
-    return found
+    return resolved

@@ -190,11 +190,11 @@ def validate_scene(
         ),
     )
     if rough:
-        seen = stages.done(
+        agreement = stages.done(
             "second-engine",
             lambda: invariants.second_engine(scene, surfaces.made()[0], seed=seed, workers=workers),
         )
-        held = [*held, seen]
+        held = [*held, agreement]
     return Validation(
         name=name,
         scene=theory,
@@ -230,9 +230,9 @@ class _Surfaces:
     def made(self) -> list[Heightfield]:
         """All of them."""
         if not self._made:
-            asked = replace(self._scene.surface, realisations=self.count)
+            surface = replace(self._scene.surface, realisations=self.count)
             self._made = all_surfaces_of(
-                replace(self._scene, surface=asked), self._seed, self._workers
+                replace(self._scene, surface=surface), self._seed, self._workers
             )
         return self._made
 

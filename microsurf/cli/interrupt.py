@@ -21,8 +21,8 @@ from ..files import PLACE, PLACES, UNFINISHED
 _TEXT = ctypes.create_string_buffer(b"microsurf: interrupted\n")
 
 _CLEAN_UP = "".join(
-    f"call i32 @unlink(i64 {ctypes.addressof(UNFINISHED) + place * PLACE})\n"
-    for place in range(PLACES)
+    f"call i32 @unlink(i64 {ctypes.addressof(UNFINISHED) + number * PLACE})\n"
+    for number in range(PLACES)
 )
 
 # Nothing is called here but what a signal's handler may call. A second press finds the

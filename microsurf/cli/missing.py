@@ -11,8 +11,8 @@ def sentence(error: ImportError) -> str | None:
     """Name the package of a missing module and its installation; None if it is none or ours."""
     # Packages that look for others say so in words of their own.
     said = re.match(r"No module named '([\w.]+)'", str(error))
-    found = error.name if isinstance(error, ModuleNotFoundError) else said and said[1]
-    module = (found or "").partition(".")[0]
+    absent = error.name if isinstance(error, ModuleNotFoundError) else said and said[1]
+    module = (absent or "").partition(".")[0]
     if module in ("", "microsurf"):
         return None
     wanted = _requirement(_MODULES.get(module, module))
@@ -22,10 +22,10 @@ def sentence(error: ImportError) -> str | None:
 def _requirement(package: str) -> str:
     """Give a package with the versions that microsurf takes, as far as it asks for it itself."""
     try:
-        asked = requires("microsurf") or []
+        requirements = requires("microsurf") or []
     except PackageNotFoundError:
-        asked = []
-    for line in asked:
+        requirements = []
+    for line in requirements:
         name = re.match(r"[\w.-]+", line)
         if name and _plain(name[0]) == _plain(package):
             return line.partition(";")[0].strip()

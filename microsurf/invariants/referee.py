@@ -52,18 +52,18 @@ def second_engine(
     The other one is Embree, or the exact engine if the scene names Embree. Where it can't
     run the invariant holds, and its ``detail`` says that the second engine is absent and why.
     """
-    own, other = pair(scene)
+    chosen, other = pair(scene)
     facet = work_items.facet_optics(scene)
     try:
         if other == "embree" and not embree.installed():
             return _absent("embreex is not installed, which has no wheel for every machine")
-        tiles = [_tile(name, surface) for name in (own, other)]
+        tiles = [_tile(name, surface) for name in (chosen, other)]
     except InputError as error:
         return _absent(str(error))
     beams = [beam_of(tile, facet) for tile in tiles]
     with ThreadPoolExecutor(workers or memory.cores()) as pool:
         return compare(
-            (own, other),
+            (chosen, other),
             [_runs(pool, scene, beam, seed, k) for k, beam in enumerate(beams)],
             scene,
         )
@@ -71,8 +71,8 @@ def second_engine(
 
 def pair(scene: Scene) -> tuple[str, str]:
     """A scene's own engine, and its referee."""
-    own = engine.engine_of(scene)
-    return own, "exact" if own == "embree" else "embree"
+    chosen = engine.engine_of(scene)
+    return chosen, "exact" if chosen == "embree" else "embree"
 
 
 def beam_of(tile: AnyTile, facet: FacetOptics) -> Beam:
@@ -81,11 +81,11 @@ def beam_of(tile: AnyTile, facet: FacetOptics) -> Beam:
 
 
 def _tile(name: str, surface: Heightfield) -> AnyTile:
-    made = mesh(surface)
+    heightfield = mesh(surface)
     tracer = engine.tracer_of(name)
-    memory.require(made.heights.size, tracer.bytes_per_cell, f"surface, engine {name}")
+    memory.require(heightfield.heights.size, tracer.bytes_per_cell, f"surface, engine {name}")
     work_items.compiled(name)
-    return tracer.tile_of(made)
+    return tracer.tile_of(heightfield)
 
 
 def _absent(why: str) -> Invariant:

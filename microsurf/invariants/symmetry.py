@@ -29,16 +29,16 @@ def moved(heights: Array, engine: str = AUTO) -> Iterator[tuple[str, AnyTile, fl
     """
     back = -np.arange(len(heights))
     phi = LIGHT[1]
-    made = partial(tile_of, engine=engine)
-    yield "as it is", made(heights), phi, 1.0
-    yield "half turn", made(heights[back][:, back]), phi + 180, 1.0
-    yield "quarter turn", made(heights.T[:, back], flipped=True), phi + 90, 1.0
-    yield "mirror", made(heights[:, back], flipped=True), 180 - phi, -1.0
-    yield "shifted", made(np.roll(heights, (11, 23), (0, 1))), phi, 1.0
-    yield "two periods", made(np.tile(heights, (2, 1))), phi, 1.0
+    build = partial(tile_of, engine=engine)
+    yield "as it is", build(heights), phi, 1.0
+    yield "half turn", build(heights[back][:, back]), phi + 180, 1.0
+    yield "quarter turn", build(heights.T[:, back], flipped=True), phi + 90, 1.0
+    yield "mirror", build(heights[:, back], flipped=True), 180 - phi, -1.0
+    yield "shifted", build(np.roll(heights, (11, 23), (0, 1))), phi, 1.0
+    yield "two periods", build(np.tile(heights, (2, 1))), phi, 1.0
 
 
-def seen(
+def features_of(
     pool: Executor, tile: AnyTile, phi: float, hand: float, seed_words: tuple[int, ...]
 ) -> Array:
     """FEATURES by run; ``hand`` −1 exchanges left and right of the plane of incidence."""
@@ -52,7 +52,7 @@ def symmetries(pool: Executor, seed: int, engine: str = AUTO) -> Iterator[Invari
     """Turn and shift a surface that has no symmetry of its own."""
     heights = skewed(seed)
     lots = {
-        name: seen(pool, tile, phi, hand, (seed, 5, k))
+        name: features_of(pool, tile, phi, hand, (seed, 5, k))
         for k, (name, tile, phi, hand) in enumerate(moved(heights, engine))
     }
     base = lots["as it is"]

@@ -71,7 +71,7 @@ if all intervals are widened so that 95 % of such reports hold no wrong one (Ši
 
 def of_scene(entry: Validation, slug: str) -> list[Section]:
     """Sections of one scene, whose pictures are called by its slug."""
-    found = (
+    sections = (
         _dark(entry),
         _user_brdf(entry, slug),
         _budget(entry, slug),
@@ -80,7 +80,7 @@ def of_scene(entry: Validation, slug: str) -> list[Section]:
         _left_out(entry),
         _invariants(entry.invariants, "What must hold here"),
     )
-    return [section for section in found if section is not None]
+    return [section for section in sections if section is not None]
 
 
 def of_all(entries: Sequence[Validation], checked: SelfTest) -> list[Section]:

@@ -44,8 +44,8 @@ class Substrate:
         validators.require(
             -1 <= correlation <= 1, f"{where}.correlation_with_interface", correlation, "−1 … 1"
         )
-        own = self.gamma is not None
-        kinds = sum([own, self.shape is not None, self.file is not None])
+        explicit = self.gamma is not None
+        kinds = sum([explicit, self.shape is not None, self.file is not None])
         if kinds != 1:
             given = {"gamma": self.gamma, "shape": self.shape, "file": self.file}
             said = ", ".join(f"{k} = {v!r}" for k, v in given.items() if v is not None)
@@ -53,12 +53,12 @@ class Substrate:
                 f"{where} with {said or 'nothing'}: give gamma and sigma, or a shape "
                 f"({', '.join(SHAPES)}), or a file"
             )
-        if own != (self.sigma is not None) and self.shape != "same":
+        if explicit != (self.sigma is not None) and self.shape != "same":
             raise InputError(
                 f"{where}.gamma = {self.gamma} and sigma = {self.sigma}: give both, "
                 "or neither with a shape or a file"
             )
-        if not own and correlation != 0:
+        if not explicit and correlation != 0:
             raise InputError(
                 f"{where}.correlation_with_interface = {correlation:g}: is that of a substrate "
                 "with gamma and sigma; leave it out with a shape or a file"

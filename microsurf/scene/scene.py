@@ -112,14 +112,16 @@ class Scene:
         folder = path.parent if path.is_file() else Path()
         return scene.with_files(lambda file: str(folder / file)), toml.tables_of(text)
 
-    def with_files(self, place: Callable[[str], str]) -> Self:
+    def with_files(self, relocate: Callable[[str], str]) -> Self:
         """The scene with other names for the files of its surfaces."""
         scene = self
         if scene.surface.file is not None:
-            scene = replace(scene, surface=replace(scene.surface, file=place(scene.surface.file)))
+            scene = replace(
+                scene, surface=replace(scene.surface, file=relocate(scene.surface.file))
+            )
         if scene.layers is not None and scene.layers.substrate.file is not None:
             substrate = scene.layers.substrate
-            under = replace(substrate, file=place(str(substrate.file)))
+            under = replace(substrate, file=relocate(str(substrate.file)))
             scene = replace(scene, layers=replace(scene.layers, substrate=under))
         return scene
 

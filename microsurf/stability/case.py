@@ -25,7 +25,7 @@ class CheckedFunction:
         shows the worst.
     inputs : tuple of str
         Names of the doubles the formula is given.
-    place : callable
+    values_at : callable
         Coordinates → these doubles.
     value : callable
         The formula on these doubles.
@@ -40,7 +40,7 @@ class CheckedFunction:
     group: str
     axes: tuple[str, ...]
     inputs: tuple[str, ...]
-    place: Callable[..., tuple[float, ...]]
+    values_at: Callable[..., tuple[float, ...]]
     value: Callable[..., SupportsFloat]
     exact: Callable[..., Real]
     note: str = ""
@@ -70,7 +70,7 @@ def points(
 ) -> Iterator[DomainPoint]:
     """Ask a formula at all places of a grid, see `box`."""
     for index in product(*(values[axis] for axis in function.axes)):
-        inputs = function.place(*index)
+        inputs = function.values_at(*index)
         value = float(function.value(*inputs))
         exact = function.exact(*(real(x) for x in inputs))
         condition = digits.condition(function.exact, inputs, function.inputs)

@@ -42,18 +42,18 @@ def unexplained(
     if exact:
         above = origins[:, 2] > _height_at(grid, origins)
         origins, directions = origins[above], directions[above]
-    seen = (by_exact if exact else by_embree)(grid, origins, directions)
+    named = (by_exact if exact else by_embree)(grid, origins, directions)
     precision = 53 if exact else 24
     shift = ROUNDINGS * 2.0**-precision * grid.reach
-    differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != seen)
+    differ = np.flatnonzero(first_hit(corners, origins, directions)[0] != named)
     left = differ
     for move in product((0, 1, -1), repeat=3):
         moved = origins[left] + shift * np.array(move)
         facet, t = first_hit(corners, moved, directions[left])
-        explained = facet == seen[left]
-        near = np.flatnonzero((facet >= 0) & (seen[left] >= 0))
+        explained = facet == named[left]
+        near = np.flatnonzero((facet >= 0) & (named[left] >= 0))
         point = moved[near] + t[near, None] * directions[left[near]]
-        nearest = closest_point(corners[seen[left[near]]], point)
+        nearest = closest_point(corners[named[left[near]]], point)
         explained[near] |= np.linalg.norm(nearest - point, axis=1) <= 2 * shift
         left = left[~explained]
     return len(differ), len(left)
@@ -76,8 +76,8 @@ def by_exact(grid: Grid, origins: Array, directions: Array) -> Triangles:
     cell, side = np.divmod(facet, 2)
     y, x = np.divmod(cell, grid.columns)
     t = (point[:, 2] - origins[:, 2]) / directions[:, 2]
-    place = origins + t[:, None] * directions - corner
-    around = np.rint((place - point)[:, :2] / [grid.columns, grid.rows]).astype(np.int64)
+    offset = origins + t[:, None] * directions - corner
+    around = np.rint((offset - point)[:, :2] / [grid.columns, grid.rows]).astype(np.int64)
     i, j = x + around[:, 0] * grid.columns + MARGIN, y + around[:, 1] * grid.rows + MARGIN
     rows, columns = grid.flipped.shape
     here = (np.minimum(i, j) >= 0) & (i < columns) & (j < rows) & (facet >= 0)

@@ -124,13 +124,13 @@ class Checkpoint:
 
     def add_up(self, item: WorkItem, stream: Stream) -> None:
         """Put a stream's work items together, if many lie about singly or no more are wanted."""
-        place = item.realisation.number, item.angle
-        before = self._together.get(place, 1)
+        key = item.realisation.number, item.angle
+        before = self._together.get(key, 1)
         if stream.tally is None or stream.added <= before:
             return
         if stream.closed or stream.added - before >= TOGETHER:
             self._write(self._path(item, 0), stream.added, stream.tally)
-            self._together[place] = stream.added
+            self._together[key] = stream.added
             # Of a closed stream also what is beyond enough.
             for number in range(before, stream.issued if stream.closed else stream.added):
                 self._path(item, number).unlink(missing_ok=True)
@@ -139,9 +139,9 @@ class Checkpoint:
         arrays: dict[str, Any] = {"count": np.array(count)}
         for field in fields(Tally):
             values = np.asarray(getattr(tally, field.name))
-            place = np.flatnonzero(values).astype(np.uint32)
-            arrays[field.name] = values.ravel()[place]
-            arrays[f"{field.name} place"] = place
+            index = np.flatnonzero(values).astype(np.uint32)
+            arrays[field.name] = values.ravel()[index]
+            arrays[f"{field.name} place"] = index
             arrays[f"{field.name} shape"] = np.array(values.shape)
         arrays["checksum"] = self._checksum(path, arrays)
         try:
@@ -175,8 +175,8 @@ class Checkpoint:
         if not path.is_file():
             return None
         try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
-                arrays = {name: found[name] for name in found.files}
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
             if not np.array_equal(arrays["checksum"], self._checksum(path, arrays)):
                 return None
             count, tally = int(arrays["count"]), _tally(arrays)
@@ -247,7 +247,7 @@ def clear(folder: Path) -> None:
 
 def _read(note: Path) -> str | None:
     try:
-        found = json.loads(note.read_text(encoding="utf-8"))
+        content = json.loads(note.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return None
-    return found.get("run") if isinstance(found, dict) else None
+    return content.get("run") if isinstance(content, dict) else None

@@ -57,8 +57,8 @@ def connected(address: str) -> Iterator[WorkerPool]:
             logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         # At once where nobody listens; a Client would try again and again.
-        place = urlsplit(address)
-        socket.create_connection((place.hostname or "", place.port or 0), timeout=WAIT).close()
+        url = urlsplit(address)
+        socket.create_connection((url.hostname or "", url.port or 0), timeout=WAIT).close()
         client = Client(address, timeout=WAIT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
@@ -78,9 +78,9 @@ def connected(address: str) -> Iterator[WorkerPool]:
         yield WorkerPool(executor, sum(client.nthreads().values()))
 
 
-def _check_versions(address: str, found: dict[str, object]) -> None:
+def _check_versions(address: str, by_worker: dict[str, object]) -> None:
     here = versions()
-    for worker, there in found.items():
+    for worker, there in by_worker.items():
         if there != here:
             has = there if isinstance(there, Exception) else "microsurf {}, numpy {}".format(*there)  # type: ignore[misc]
             raise InputError(

@@ -62,8 +62,8 @@ class EmbreeTile:
 
         """
         _check(origins, directions)
-        found = self._scene.run(origins, directions, output=True)
-        return Hits(found["primID"], found["u"], found["v"])
+        hits = self._scene.run(origins, directions, output=True)
+        return Hits(hits["primID"], hits["u"], hits["v"])
 
 
 def installed() -> bool:

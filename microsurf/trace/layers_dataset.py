@@ -36,8 +36,8 @@ def with_layers(
     table = np.zeros((*shape, len(tallies[0][0].inside), events))
     for r, row in enumerate(tallies):
         for a, tally in enumerate(row):
-            place = (r, *divmod(a, shape[2]))
-            table[place][:, : tally.inside.shape[1]] = tally.inside / tally.light
+            index = (r, *divmod(a, shape[2]))
+            table[index][:, : tally.inside.shape[1]] = tally.inside / tally.light
     table *= facet.path_weight(events)
     dims, last = ("realisation", "theta_i", "phi_i"), ("body_events",)
     passages = table[..., :REFLECTIONS_BY_ENTRIES, :].reshape(*shape, MANY + 1, MANY + 1, events)

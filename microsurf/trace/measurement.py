@@ -92,7 +92,7 @@ def measure(
         surfaces = [surface_of(scene, seed, 0)]  # workers elsewhere may not have the file
     realisations = None
     if surfaces is not None:
-        realisations = [Realisation(scene, seed, r, made) for r, made in enumerate(surfaces)]
+        realisations = [Realisation(scene, seed, r, surface) for r, surface in enumerate(surfaces)]
     turn = not scene.requires.azimuth and all(map(_made_isotropic, realisations or ()))
     item_paths = None if surface_paths is None else max(surface_paths // ROUND, _LEAST)
     scheduler = Scheduler(scene, realisations, seed, turn=turn, item_paths=item_paths)
@@ -175,12 +175,12 @@ def _work(
             room = len(under_way) < depth and scheduler.waiting() < 4 * depth
             item = next(wanted, None) if room else None
             if item is not None:
-                found = None if store is None else store.load(item)
-                if found is None:
+                stored = None if store is None else store.load(item)
+                if stored is None:
                     with _workers_errors():
                         under_way[executor.submit(work_items.run, item)] = item
                 else:
-                    count, tally = found
+                    count, tally = stored
                     scheduler.take(item, tally, count)
                     yield []
             elif under_way:

@@ -176,9 +176,9 @@ class Scheduler:
             stream.look = _whole_rounds(_next_look(stream.look))
         if stream.tally is not None and stream.added == stream.look:
             stream.look = _whole_rounds(_next_look(stream.look))
-            seen = self._to_dataset([[stream.tally]], ([0.0], [0.0]))
+            dataset = self._to_dataset([[stream.tally]], ([0.0], [0.0]))
             # The mean over realisations is that much better than each of them.
-            surplus = uncertainty.surplus(seen, self.scene) / np.sqrt(self._least())
+            surplus = uncertainty.surplus(dataset, self.scene) / np.sqrt(self._least())
             stream.expected = stream.added * surplus**2
             stream.closed = surplus <= 1
 

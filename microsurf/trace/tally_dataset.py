@@ -42,17 +42,17 @@ def to_dataset(
     weight = facet.path_weight(events)
     for r, row in enumerate(tallies):
         for a, tally in enumerate(row):
-            place = (r, *divmod(a, len(phis)))
-            seen = tally.energy.shape[1]
-            flux[place][:, :seen] = tally.energy / tally.light
-            variance[place] = tally.squares / tally.light**2
-            batches[place][..., :seen] = tally.batches
-            batch_light[place] = tally.batch_light
+            index = (r, *divmod(a, len(phis)))
+            filled = tally.energy.shape[1]
+            flux[index][:, :filled] = tally.energy / tally.light
+            variance[index] = tally.squares / tally.light**2
+            batches[index][..., :filled] = tally.batches
+            batch_light[index] = tally.batch_light
             # One path's share of its light ray is the unit.
-            arrived[place] = tally.energy.sum() * facet.branches
-            ended[place] = tally.ended * facet.branches
-            lost[place] = tally.lost
-            counts[place] = tally.counts
+            arrived[index] = tally.energy.sum() * facet.branches
+            ended[index] = tally.ended * facet.branches
+            lost[index] = tally.lost
+            counts[index] = tally.counts
     if fold:
         flux, variance = (flux + _mirrored(flux)) / 2, _folded(variance)
     measured = datasets.build(
@@ -101,6 +101,6 @@ def _mirrored(lobes: Array) -> Array:
 def _folded(variance: Array) -> Array:
     """Variance of the mean of φ and −φ; 0 and 180° are their own mirror images."""
     folded = (variance + _mirrored(variance)) / 4
-    own = [0, detector.SECTORS // 2]
-    folded[..., own] = variance[..., own]
+    symmetric = [0, detector.SECTORS // 2]
+    folded[..., symmetric] = variance[..., symmetric]
     return folded

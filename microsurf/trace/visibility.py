@@ -81,8 +81,8 @@ def facets_of(tile: engine.AnyTile, sigma_x: float, sigma_y: float, edges: Array
     p = np.stack([along_x[:-1], along_x[1:]], axis=-1).ravel()
     q = np.stack([np.where(flipped, left, right), np.where(flipped, right, left)], axis=-1).ravel()
     q *= period.aspect
-    place = np.searchsorted(edges, np.hypot(p / sigma_x, q / sigma_y), "right") - 1
-    return MeshFacets(p, q, place, len(edges) - 1)
+    slope_bin = np.searchsorted(edges, np.hypot(p / sigma_x, q / sigma_y), "right") - 1
+    return MeshFacets(p, q, slope_bin, len(edges) - 1)
 
 
 def visibility(
@@ -107,10 +107,10 @@ def visibility(
     light = light_direction(theta, phi)
     slant = light[2] - light[0] * facets.p - light[1] * facets.q  # i·m/m_z
     taken = np.bincount(facets.bin, np.maximum(slant, 0), facets.bins)
-    found = np.flatnonzero(hit >= 0)
-    where = hit[found]
+    reached = np.flatnonzero(hit >= 0)
+    where = hit[reached]
     cosine = slant[where] / np.sqrt(1 + facets.p[where] ** 2 + facets.q[where] ** 2)
-    batch = found % BATCHES
+    batch = reached % BATCHES
     cell = batch * facets.bins + facets.bin[where]
     per_ray = 1 / np.bincount(np.arange(rays) % BATCHES, minlength=BATCHES)[batch]
 
@@ -118,10 +118,10 @@ def visibility(
         total = np.bincount(cell, weight * per_ray, BATCHES * facets.bins)
         return np.asarray(total.reshape(BATCHES, facets.bins), np.float64)
 
-    passed = free[found].astype(np.float64)
+    passed = free[reached].astype(np.float64)
     return Visibility(
         facing=taken / (len(facets.p) * light[2]),
-        met=by_bin(np.ones(len(found))),
+        met=by_bin(np.ones(len(reached))),
         open=by_bin(passed),
         specular=by_bin(passed * reflectance(np.clip(cosine, 0, 1), n, k)),
         rays=rays,

@@ -258,8 +258,8 @@ def tally_of(
     ``counts`` are rays, grazes and leaks; ``seconds`` as in `Tally`.
     """
     light = len(batch)
-    seen = np.flatnonzero(tallies.batches.any(axis=(0, 1)))
-    events = int(seen[-1]) + 1 if len(seen) else 1
+    filled = np.flatnonzero(tallies.batches.any(axis=(0, 1)))
+    events = int(filled[-1]) + 1 if len(filled) else 1
     return Tally(
         tallies.energy[:events].transpose(1, 0, 3, 2).copy(),
         tallies.squares.swapaxes(1, 2).copy(),

@@ -38,8 +38,8 @@ class Realisation:
         """The same for the same surface, here and in every other process."""
         digest = hashlib.sha256()
         if self.given is None:
-            asked = (self.scene.roughness, self.scene.surface, self.seed, self.number)
-            digest.update(repr(asked).encode())
+            identity = (self.scene.roughness, self.scene.surface, self.seed, self.number)
+            digest.update(repr(identity).encode())
         else:
             digest.update(repr((self.given.heights.shape, self.given.spacing)).encode())
             digest.update(repr((self.given.boundary, self.given.recipe)).encode())
@@ -60,9 +60,9 @@ class Realisation:
         if self.given is None and self.scene.surface.file is None:
             self._require(self.scene.surface.cells**2)  # before it is made
         surface = self.given or surface_of(self.scene, self.seed, self.number)
-        made = mesh(surface)
-        self._require(made.heights.size)
-        return engine.tile_of(name, made)
+        heightfield = mesh(surface)
+        self._require(heightfield.heights.size)
+        return engine.tile_of(name, heightfield)
 
     def _require(self, cells: int) -> None:
         memory.require(cells, engine.of_scene(self.scene).bytes_per_cell, "surface")
@@ -88,8 +88,8 @@ class WorkItem:
 
     def generator(self) -> np.random.Generator:
         """Its own random numbers."""
-        place = self.realisation.number, self.angle, self.number
-        return seeds.generator(self.realisation.seed, seeds.RAYS, *place)
+        key = self.realisation.number, self.angle, self.number
+        return seeds.generator(self.realisation.seed, seeds.RAYS, *key)
 
 
 def facet_optics(scene: Scene) -> FacetOptics:

@@ -95,7 +95,7 @@ def test_what_was_planned_leaves_the_expected_error(judge):
 
 def test_rays_and_surfaces_cost_least():
     """Against all powers of two of paths and the surfaces they take."""
-    wanted = [allocation.Wanted(lobe=False, between=1e-5, of_path=0.2, asked=4e-4)]
+    wanted = [allocation.Wanted(lobe=False, between=1e-5, of_path=0.2, target=4e-4)]
     cells = SMALL.surface.cells**2
     count, paths = allocation.cheapest(wanted, SMALL, cells, single=False)
 
@@ -107,7 +107,7 @@ def test_rays_and_surfaces_cost_least():
         return next(r for r in range(3, 10**4) if wanted[0].surfaces(paths) * widened(r) ** 2 <= r)
 
     best = min(cost(least(2**k), 2**k) for k in range(10, 23))
-    assert wanted[0].left(count, paths) * allocation._widened(count) <= wanted[0].asked
+    assert wanted[0].left(count, paths) * allocation._widened(count) <= wanted[0].target
     assert cost(count, paths) <= 1.5 * best  # paths are rounded up to a power of two
 
 
@@ -138,7 +138,7 @@ def test_flat_scenes_and_paths_asked_for():
 def test_more_paths_than_there_may_be_are_refused_by_the_error_asked_for(asked, named):
     hopeless = replace(SMALL, roughness=Roughness(2.0, (0.0,)), accuracy=asked)
     if named.startswith("standard"):  # one facet alone: what its rays leave is set by hand
-        wanted = [allocation.Wanted(lobe=False, between=0.0, of_path=1e3, asked=1e-6)]
+        wanted = [allocation.Wanted(lobe=False, between=0.0, of_path=1e3, target=1e-6)]
         with pytest.raises(InputError, match=f"^{named}: would take about .* ask for a larger"):
             allocation.cheapest(wanted, hopeless, 0, single=True)
         return

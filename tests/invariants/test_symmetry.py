@@ -18,20 +18,20 @@ WRONG = {
 
 @pytest.fixture(scope="module")
 def base(pool, new_seed):
-    return symmetry.seen(pool, tile_of(skewed(0)), 30.0, 1.0, (new_seed(0), 5, 0))
+    return symmetry.features_of(pool, tile_of(skewed(0)), 30.0, 1.0, (new_seed(0), 5, 0))
 
 
 def test_a_quarter_turn_holds(pool, base, judge):
     judge.pays(false_alarms.RATE / false_alarms.TESTS)
     turned = {name: rest for name, *rest in symmetry.moved(skewed(0))}["quarter turn"]
-    z = false_alarms.between(symmetry.seen(pool, *turned, (judge.seed(0), 5, 2)), base)
+    z = false_alarms.between(symmetry.features_of(pool, *turned, (judge.seed(0), 5, 2)), base)
     assert np.abs(z).max() < false_alarms.critical(18)
 
 
 @pytest.mark.parametrize("wrong", WRONG)
 def test_what_is_not_the_same_is_found(pool, base, wrong, judge):
     seeds = (judge.seed(0), 6, 0)
-    z = false_alarms.between(symmetry.seen(pool, *WRONG[wrong](skewed(0)), seeds), base)
+    z = false_alarms.between(symmetry.features_of(pool, *WRONG[wrong](skewed(0)), seeds), base)
     assert np.abs(z).max() > 1.5 * false_alarms.critical(18)
 
 

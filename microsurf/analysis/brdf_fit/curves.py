@@ -43,8 +43,8 @@ def curves(fit: BrdfFit, most: int = 4) -> list[Curve]:
     )
     cosine, steep = np.cos(azimuth), np.arccos(np.clip(problem.o[:, 2], -1, 1))
     plane = (np.abs(cosine) > np.cos(np.radians(_IN_PLANE))) | (steep < np.radians(1))
-    found = np.unique(np.round(theta[plane], 1))
-    shown = found[np.unique(np.linspace(0, len(found) - 1, most).round().astype(int))]
+    angles_there = np.unique(np.round(theta[plane], 1))
+    shown = angles_there[np.unique(np.linspace(0, len(angles_there) - 1, most).round().astype(int))]
     level = np.mean(np.expm1(problem.logs), axis=1)
     rows = []
     for angle in shown:
@@ -76,6 +76,6 @@ def _fitted(fit: BrdfFit, of: Fitted, i: Array) -> tuple[Array, Array]:
     question = Question(problem, of.question.material, of.question.layout)
     if of is fit.all_orders:
         question = replace(question, later=correction(question, of.solution, _WALKS, 0))
-    made = lobes(problem, question.material, question.layout, of.solution.vector)
-    values = model(question, made, of.solution.vector, of.solution.channel)
+    modelled = lobes(problem, question.material, question.layout, of.solution.vector)
+    values = model(question, modelled, of.solution.vector, of.solution.channel)
     return at, np.asarray(np.mean(values * problem.cosine[:, None], axis=1))

@@ -35,8 +35,8 @@ class Fitted:
     def brdf(self) -> Array:
         """BRDF of the fit at the measured pairs in sr⁻¹, shape (pairs, channels)."""
         q, s = self.question, self.solution
-        made = lobes(q.problem, q.material, q.layout, s.vector)
-        return model(q, made, s.vector, s.channel)
+        modelled = lobes(q.problem, q.material, q.layout, s.vector)
+        return model(q, modelled, s.vector, s.channel)
 
 
 @dataclass(frozen=True)
@@ -151,8 +151,8 @@ def fit_brdf(
     if narrow:
         out = judged.from_mirror(problem) < judged.resolution(problem, narrow) - 1e-6
     fits = _distributions(problem.select(~out), material, isotropic)
-    made = {name: Fitted(*found, resample(*found)) for name, found in fits.items()}
-    one = made.pop("std")
+    fitted = {name: Fitted(*solved, resample(*solved)) for name, solved in fits.items()}
+    one = fitted.pop("std")
     every, rounds = None, 0
     # Later orders of a lobe that is not resolved are not known either.
     if orders == "all" and not narrow and possible(one.question):
@@ -161,15 +161,15 @@ def fit_brdf(
         every = Fitted(question, solution, resample(question, solution))
     best = every or one
     mask, angles = held_out(best.question.problem, hold_out)
-    rms = {name: held_out_log_rms(*found, mask) for name, found in fits.items()} if angles else {}
+    rms = {name: held_out_log_rms(*solved, mask) for name, solved in fits.items()} if angles else {}
     all_orders_rms = rms.pop("all orders", None)
     rows = judged.zones(problem, _everywhere(best, problem, out), margin, out if narrow else None)
     verdict, reason = _judge(best, rows, narrow)
     return BrdfFit(
-        brdf.select(~out), material, isotropic, aperture, one, every, rounds, made,
+        brdf.select(~out), material, isotropic, aperture, one, every, rounds, fitted,
         tuple(angles), rms,
         all_orders_rms,
-        {name: evidence(found.resampled, one.resampled) for name, found in made.items()},
+        {name: evidence(solved.resampled, one.resampled) for name, solved in fitted.items()},
         verdict, reason, rows,
     )  # fmt: skip
 
@@ -178,18 +178,18 @@ def _distributions(
     problem: Problem, material: str, isotropic: bool
 ) -> dict[str, tuple[Question, Solution]]:
     """Fit Beckmann, GGX, and STD, which starts from both as well."""
-    found: dict[str, tuple[Question, Solution]] = {}
+    solutions: dict[str, tuple[Question, Solution]] = {}
     for name, eta in DISTRIBUTIONS.items():
         layout = Layout(MATERIALS[material].optics, eta, isotropic)
         question = Question(problem, MATERIALS[material], layout)
-        place = 1 if isotropic else 3
+        index = 1 if isotropic else 3
         known = [
-            np.insert(solution.vector, place, float(DISTRIBUTIONS[other] or 0))
-            for other, (_, solution) in found.items()
+            np.insert(solution.vector, index, float(DISTRIBUTIONS[other] or 0))
+            for other, (_, solution) in solutions.items()
             if eta is None
         ]
-        found[name] = question, solve(question, known)
-    return found
+        solutions[name] = question, solve(question, known)
+    return solutions
 
 
 def _everywhere(fit: Fitted, problem: Problem, out: NDArray[np.bool_]) -> Array:
@@ -216,10 +216,10 @@ def _judge(fit: Fitted, rows: list[judged.Zone], narrow: tuple[float, ...]) -> t
 def _borders(fit: Fitted) -> str:
     layout, vector = fit.question.layout, fit.solution.vector
     low, high = layout.bounds
-    found = []
+    borders = []
     for k, name in enumerate(layout.names):
         room = _AT_BOUND * (high[k] - low[k])
         # η = 0 is Beckmann, a distribution like others and no border.
         if vector[k] > high[k] - room or (name != "eta" and vector[k] < low[k] + room):
-            found.append({"eta": f"γ → {1 + 1 / MOST_ETA:.2f}", "log_sigma": "σ"}.get(name, name))
-    return " and ".join(found)
+            borders.append({"eta": f"γ → {1 + 1 / MOST_ETA:.2f}", "log_sigma": "σ"}.get(name, name))
+    return " and ".join(borders)

@@ -54,7 +54,7 @@ def held_out(problem: Problem, wanted: tuple[float, ...]) -> tuple[NDArray[np.bo
     several = len(np.unique(np.round(theta, 1)))
     band = _EXACT if several <= np.unique(problem.groups).size else _BAND
     mask = np.zeros(len(theta), bool)
-    found: list[float] = []
+    angles: list[float] = []
     for angle in wanted:
         nearest = float(theta[np.argmin(np.abs(theta - angle))])
         new = mask | (np.abs(theta - nearest) <= band)
@@ -64,15 +64,15 @@ def held_out(problem: Problem, wanted: tuple[float, ...]) -> tuple[NDArray[np.bo
             and left >= LEAST_INCIDENCES
             and not mask[np.argmin(np.abs(theta - angle))]
         ):
-            mask, found = new, [*found, round(nearest, 2)]
-    return mask, found
+            mask, angles = new, [*angles, round(nearest, 2)]
+    return mask, angles
 
 
 def held_out_log_rms(question: Question, solution: Solution, mask: NDArray[np.bool_]) -> float:
     """Root mean square at the pairs of a mask, by a fit of the others from a known solution."""
     fit = follow(question.select(~mask), solution)
-    seen = question.select(mask)
-    return seen.problem.rms(evaluate(seen, fit.vector, fit.channel))
+    held = question.select(mask)
+    return held.problem.rms(evaluate(held, fit.vector, fit.channel))
 
 
 def evidence(other: Resampled, std: Resampled) -> Evidence:

@@ -35,16 +35,18 @@ def best_weights(problem: Problem, fixed: Array, body: Array, start: Array | Non
     return np.asarray(weights)
 
 
-def best_indices(problem: Problem, made: Lobes, later: Array | float, start: Array | None) -> Array:
+def best_indices(
+    problem: Problem, modelled: Lobes, later: Array | float, start: Array | None
+) -> Array:
     """Index n + ik of each channel, shape (channels, 2), by damped Gauss–Newton in ln n, ln k."""
     channels = problem.logs.shape[1]
     logs = np.log(np.tile([1.0, 3.0], (channels, 1)) if start is None else start)
     low, high = np.log(CONDUCTOR_INDEX)
     damping = np.full(channels, 1e-3)
-    left = _left(problem, made, later, logs)
+    left = _left(problem, modelled, later, logs)
     for _ in range(_STEPS if start is not None else 4 * _STEPS):
         columns = [
-            (_left(problem, made, later, logs + _STEP * np.eye(2)[a]) - left) / -_STEP
+            (_left(problem, modelled, later, logs + _STEP * np.eye(2)[a]) - left) / -_STEP
             for a in range(2)
         ]
         a, b = columns
@@ -53,7 +55,7 @@ def best_indices(problem: Problem, made: Lobes, later: Array | float, start: Arr
         aa, bb = aa * (1 + damping) + 1e-12, bb * (1 + damping) + 1e-12
         steps = np.stack([bb * ar - ab * br, aa * br - ab * ar], 1) / (aa * bb - ab**2)[:, None]
         trial = np.clip(logs + np.clip(steps, -1, 1), low, high)
-        new = _left(problem, made, later, trial)
+        new = _left(problem, modelled, later, trial)
         better = np.sum(new**2, axis=0) < np.sum(left**2, axis=0)
         moved = np.max(np.abs(np.where(better[:, None], trial - logs, 0.0)))
         logs, left = np.where(better[:, None], trial, logs), np.where(better, new, left)
@@ -63,6 +65,6 @@ def best_indices(problem: Problem, made: Lobes, later: Array | float, start: Arr
     return np.asarray(np.exp(logs))
 
 
-def _left(problem: Problem, made: Lobes, later: Array | float, logs: Array) -> Array:
-    mirrored = np.stack([made.mirrored(n, k) for n, k in np.exp(logs)], axis=1)
+def _left(problem: Problem, modelled: Lobes, later: Array | float, logs: Array) -> Array:
+    mirrored = np.stack([modelled.mirrored(n, k) for n, k in np.exp(logs)], axis=1)
     return problem.residuals(mirrored + later)

@@ -39,18 +39,18 @@ def correction(question: Question, solution: Solution, walks: int, seed: int) ->
     """BRDF beyond the closed form in sr⁻¹, shape (pairs, channels)."""
     layout, vector = question.layout, solution.vector
     shape = layout.shape(vector)
-    seen = materials.turned(question.problem, shape)
+    view = materials.turned(question.problem, shape)
     rough = Roughness(min(shape.gamma, BECKMANN), (shape.sigma_x, shape.sigma_y))
 
     def walked(material: Material) -> Array:
-        return by_body(Scene(material=material, roughness=rough), seen.i, seen.o, walks, seed)
+        return by_body(Scene(material=material, roughness=rough), view.i, view.o, walks, seed)
 
     if question.material.body is None:
         return np.stack([walked(Material(n, (), k))[:, 0] for n, k in solution.channel], axis=1)
     n, weights = layout.values(vector)["n"], solution.channel
     facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, SMITH)
     closed = replace(facets, masking=APPROXIMATE)
-    exact = body(facets, seen.i, seen.o) - body(closed, seen.i, seen.o)
+    exact = body(facets, view.i, view.o) - body(closed, view.i, view.o)
     powers = weights ** np.arange(EVENTS + 1)[:, None]
     return np.asarray(exact[:, None] * weights + walked(Material(n, (1.0,))) @ powers)
 

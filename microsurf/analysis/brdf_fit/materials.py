@@ -76,14 +76,14 @@ def lobes(problem: Problem, material: Material, layout: Layout, vector: Array) -
     shape, of = layout.shape(vector), layout.values(vector)
     n = of.get("n", 1.5) if "k" not in of else 1.5
     facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, APPROXIMATE)
-    seen = turned(problem, shape)
-    i, o = seen.i[:, None], seen.o[:, None] if seen.cone is None else seen.cone
+    view = turned(problem, shape)
+    i, o = view.i[:, None], view.o[:, None] if view.cone is None else view.cone
     up = o[..., 2] > 0
     o = np.where(up[..., None], o, [0.0, 0.0, 1.0])
     share = np.where(up, o[..., 2], 0.0) / (o.shape[1] * problem.cosine[:, None])
     half = np.minimum(np.linalg.norm(i + o, axis=-1) / 2, 1.0)
-    made = None if material.body is None else material.body(seen, facets)
-    return Lobes(white_mirror(facets, i, o), half, share, made)
+    modelled = None if material.body is None else material.body(view, facets)
+    return Lobes(white_mirror(facets, i, o), half, share, modelled)
 
 
 def turned(problem: Problem, shape: Shape) -> Problem:

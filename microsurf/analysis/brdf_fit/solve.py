@@ -66,36 +66,38 @@ class Solution:
     agreeing: int = 1
 
 
-def model(question: Question, made: Lobes, vector: Array, channel: Array) -> Array:
+def model(question: Question, modelled: Lobes, vector: Array, channel: Array) -> Array:
     """BRDF of order 1 and what is added, shape (pairs, channels)."""
-    if made.body is None:
-        mirrored = np.stack([made.mirrored(n, k) for n, k in channel], axis=1)
+    if modelled.body is None:
+        mirrored = np.stack([modelled.mirrored(n, k) for n, k in channel], axis=1)
         return np.asarray(mirrored + question.later)
     return np.asarray(
-        _mirrored(question, made, vector)[:, None] + made.body[:, None] * channel + question.later
+        _mirrored(question, modelled, vector)[:, None]
+        + modelled.body[:, None] * channel
+        + question.later
     )
 
 
-def _mirrored(question: Question, made: Lobes, vector: Array) -> Array:
+def _mirrored(question: Question, modelled: Lobes, vector: Array) -> Array:
     of = question.layout.values(vector)
-    return made.mirrored(of["n"], of.get("k", 0.0))
+    return modelled.mirrored(of["n"], of.get("k", 0.0))
 
 
 def evaluate(question: Question, vector: Array, channel: Array) -> Array:
     """Residuals of given parameters, nothing solved: for pairs that were held out."""
-    made = lobes(question.problem, question.material, question.layout, vector)
-    return question.problem.residuals(model(question, made, vector, channel))
+    modelled = lobes(question.problem, question.material, question.layout, vector)
+    return question.problem.residuals(model(question, modelled, vector, channel))
 
 
 def inner(question: Question, vector: Array, start: Array | None) -> tuple[Array, Array]:
     """Return what is best for each channel, and the residuals with it."""
-    made = lobes(question.problem, question.material, question.layout, vector)
-    if made.body is None:
-        channel = best_indices(question.problem, made, question.later, start)
+    modelled = lobes(question.problem, question.material, question.layout, vector)
+    if modelled.body is None:
+        channel = best_indices(question.problem, modelled, question.later, start)
     else:
-        fixed = _mirrored(question, made, vector)[:, None] + question.later
-        channel = best_weights(question.problem, fixed, made.body, start)
-    return channel, question.problem.residuals(model(question, made, vector, channel))
+        fixed = _mirrored(question, modelled, vector)[:, None] + question.later
+        channel = best_weights(question.problem, fixed, modelled.body, start)
+    return channel, question.problem.residuals(model(question, modelled, vector, channel))
 
 
 def refine(
@@ -106,17 +108,17 @@ def refine(
     last = [channel]
 
     def residuals(x: Array) -> Array:
-        last[0], found = inner(question, x, last[0])
-        return found.ravel()
+        last[0], solution = inner(question, x, last[0])
+        return solution.ravel()
 
     room = 1e-6 * (high - low)
     inside = np.clip(vector, low + room, high - room)
-    found = least_squares(
+    solution = least_squares(
         residuals, inside, bounds=(low, high), x_scale="jac", xtol=tolerance,
         ftol=tolerance**1.5, gtol=_FLAT, max_nfev=40,
     )  # fmt: skip
-    best, left = inner(question, found.x, last[0])
-    return Solution(found.x, best, left, question.problem.rms(left))
+    best, left = inner(question, solution.x, last[0])
+    return Solution(solution.x, best, left, question.problem.rms(left))
 
 
 def solve(question: Question, known: Sequence[Array] = ()) -> Solution:
@@ -137,8 +139,8 @@ def solve(question: Question, known: Sequence[Array] = ()) -> Solution:
     rough.sort(key=lambda row: row.rms)
     agreeing = sum(row.rms <= rough[0].rms * (1 + _SAME) for row in rough)
     ends = [rough[0], *(row for row in rough[1:2] if row.rms > rough[0].rms * (1 + _SAME))]
-    found = [refine(question, row.vector, row.channel) for row in ends]
-    best = min(found, key=lambda row: row.rms)
+    solutions = [refine(question, row.vector, row.channel) for row in ends]
+    best = min(solutions, key=lambda row: row.rms)
     return replace(best, starts=len(tried), refined=len(chosen), agreeing=agreeing)
 
 

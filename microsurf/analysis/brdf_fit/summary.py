@@ -77,38 +77,38 @@ def _known(values: dict[str, Any], verdict: str) -> dict[str, Any]:
 def parameters(fit: Fitted) -> dict[str, Any]:
     """Parameters of one fit, each with its 95 % interval."""
     layout, solution = fit.question.layout, fit.solution
-    place = {name: k for k, name in enumerate(layout.names)}
+    index = {name: k for k, name in enumerate(layout.names)}
     without = fit.resampled.vectors
     of = layout.values(solution.vector)
     shape = layout.shape(solution.vector)
     shapes = [layout.shape(vector) for vector in without]
-    found: dict[str, Any] = {"gamma": min(shape.gamma, BECKMANN)}
-    if "eta" in place:
-        etas = without[:, place["eta"]]
+    values: dict[str, Any] = {"gamma": min(shape.gamma, BECKMANN)}
+    if "eta" in index:
+        etas = without[:, index["eta"]]
         low, high = interval(of["eta"], etas, 0.0, MOST_ETA)
         ends = [min(gamma_of(high), BECKMANN), min(gamma_of(low), BECKMANN)]
         # Where every refit stops at a bound, they say nothing about how far it is from there.
-        found["gamma_ci"] = None if np.ptp(etas) < _STILL else ends
+        values["gamma_ci"] = None if np.ptp(etas) < _STILL else ends
     for axis in ("sigma",) if layout.isotropic else ("sigma_x", "sigma_y"):
         name = "sigma_x" if axis == "sigma" else axis
         logs = np.log([getattr(s, name) for s in shapes])
         half = float(half_width(logs))
         sigma = getattr(shape, name)
-        found[axis] = sigma
-        found[f"{axis}_ci"] = [float(sigma * np.exp(-half)), float(sigma * np.exp(half))]
+        values[axis] = sigma
+        values[f"{axis}_ci"] = [float(sigma * np.exp(-half)), float(sigma * np.exp(half))]
     if not layout.isotropic:
         turns = np.degrees(shape.azimuth + _halfway([s.azimuth - shape.azimuth for s in shapes]))
         half = min(float(half_width(turns)), 90.0)
         azimuth = float(np.degrees(shape.azimuth))
-        found["azimuth"] = azimuth
-        found["azimuth_ci"] = [azimuth - half, azimuth + half]
-        found["sigma"] = [found["sigma_x"], found["sigma_y"]]
+        values["azimuth"] = azimuth
+        values["azimuth_ci"] = [azimuth - half, azimuth + half]
+        values["sigma"] = [values["sigma_x"], values["sigma_y"]]
     for name in ("n", "k"):
-        if name in place:
-            found[name] = of[name]
-            bounds = (float(end[place[name]]) for end in layout.bounds)
-            found[f"{name}_ci"] = list(interval(of[name], without[:, place[name]], *bounds))
-    return {**found, **_by_channel(fit)}
+        if name in index:
+            values[name] = of[name]
+            bounds = (float(end[index[name]]) for end in layout.bounds)
+            values[f"{name}_ci"] = list(interval(of[name], without[:, index[name]], *bounds))
+    return {**values, **_by_channel(fit)}
 
 
 def _halfway(differences: list[float]) -> Any:

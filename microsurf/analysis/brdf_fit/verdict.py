@@ -80,22 +80,22 @@ def zones(
         Pairs that the fit did not see: they count for what is bright, and are not compared.
 
     """
-    seen = problem.known
-    measured = np.sum(np.where(seen, np.expm1(problem.logs), 0), axis=1)
-    modelled = np.sum(np.where(seen, fitted * problem.cosine[:, None], 0), axis=1)
-    channels = np.maximum(np.count_nonzero(seen, axis=1), 1)
+    known = problem.known
+    measured = np.sum(np.where(known, np.expm1(problem.logs), 0), axis=1)
+    modelled = np.sum(np.where(known, fitted * problem.cosine[:, None], 0), axis=1)
+    channels = np.maximum(np.count_nonzero(known, axis=1), 1)
     measured, modelled = measured / channels, modelled / channels
-    place = _places(problem)
-    kept = np.ones(len(place), bool) if left_out is None else np.logical_not(left_out)
+    zone = _places(problem)
+    kept = np.ones(len(zone), bool) if left_out is None else np.logical_not(left_out)
     rows = []
     for group in np.unique(problem.groups):
         here = problem.groups == group
         means = [
-            measured[here & (place == k)].mean() if np.any(here & (place == k)) else 0.0
+            measured[here & (zone == k)].mean() if np.any(here & (zone == k)) else 0.0
             for k in range(len(ZONES))
         ]
         for k, name in enumerate(ZONES):
-            mine = here & (place == k) & kept
+            mine = here & (zone == k) & kept
             if np.count_nonzero(mine) >= _LEAST and max(means) > 0:
                 theta = float(np.degrees(np.arccos(problem.i[here, 2].mean())))
                 least = _BRIGHT * max(means)
@@ -128,22 +128,22 @@ def _zone(
 
 def departing(rows: list[Zone]) -> list[Zone]:
     """Zones that depart, the largest departure first."""
-    found = [row for row in rows if row.verdict == "departs"]
-    return sorted(found, key=lambda row: -abs(row.effect))
+    departures = [row for row in rows if row.verdict == "departs"]
+    return sorted(departures, key=lambda row: -abs(row.effect))
 
 
 def unresolved(problem: Problem) -> tuple[float, ...]:
     """Incidences in degrees at which one pair at the mirror direction outshines all others."""
     level = np.sum(np.expm1(problem.logs), axis=1)
-    off, found = from_mirror(problem), []
+    off, groups = from_mirror(problem), []
     for group in np.unique(problem.groups):
         mine = np.flatnonzero(problem.groups == group)
         if len(mine) < _LEAST:
             continue
         order = mine[np.argsort(-level[mine])]
         if off[order[0]] <= _PEAK and level[order[0]] > _OUTSHINES * max(level[order[1]], 0.0):
-            found.append(float(np.degrees(np.arccos(problem.i[order[0], 2]))))
-    return tuple(found) if len(found) >= _UNRESOLVED else ()
+            groups.append(float(np.degrees(np.arccos(problem.i[order[0], 2]))))
+    return tuple(groups) if len(groups) >= _UNRESOLVED else ()
 
 
 def resolution(problem: Problem, incidences: tuple[float, ...]) -> float:

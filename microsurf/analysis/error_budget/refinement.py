@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ... import memory
+from ... import memory, seeds
 from ...scene import MAX_CELLS, Scene
 from ...stats import intervals
 from ...surface import Heightfield, all_surfaces_of, generate_surface, realisation_seed
@@ -28,8 +28,6 @@ Array = NDArray[np.float64]
 PAIRS, HALVES = 4, 8
 PATHS = 65_536
 """For each angle of each surface, at the most."""
-_SEED = 5
-"""Spawn key: surfaces are unrelated to the scene's."""
 
 Estimates = Mapping[float, Mapping[str, tuple[Array, Array]]]
 
@@ -57,7 +55,7 @@ def refine(
         return None
     paths = min(scene.accuracy.paths, PATHS)
     refined_scene = replace(scene, accuracy=scene.accuracy.with_paths(paths), expect={})
-    surface_seed = realisation_seed(seed, _SEED * 1000)
+    surface_seed = realisation_seed(seed, seeds.REFINEMENT)
 
     smaller = replace(surface, cells=max(surface.cells // 2, 2), realisations=HALVES)
     half = replace(refined_scene, surface=smaller)

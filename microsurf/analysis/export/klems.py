@@ -71,12 +71,12 @@ def matrix(source: Source) -> Array:
     incident = inside(points[:, 0], points[:, 1], np.pi)
     reflected = inside(points[:, 2], points[:, 3], 0.0)
     count = len(incident)
-    found = np.empty((count, count))
+    averages = np.empty((count, count))
     for column in range(count):
         i = np.broadcast_to(incident[column], reflected.shape).reshape(-1, 3)
         values = source.evaluate(i, reflected.reshape(-1, 3))[:, 0]
-        found[:, column] = values.reshape(count, _POINTS).mean(axis=1)
-    return found
+        averages[:, column] = values.reshape(count, _POINTS).mean(axis=1)
+    return averages
 
 
 def _xml(name: str, values: Array) -> str:

@@ -123,8 +123,8 @@ def _visible(
     """
     v, u = np.meshgrid(np.linspace(0, 1, shape[0]), np.linspace(0, 1, shape[1]), indexing="ij")
     m = _normals(u, v)
-    seen = direction(np.arctan2(np.hypot(i[0], i[1]), i[2]), 0.0) if isotropic else i
-    facing = np.maximum(m @ seen, 0)
+    incident = direction(np.arctan2(np.hypot(i[0], i[1]), i[2]), 0.0) if isotropic else i
+    facing = np.maximum(m @ incident, 0)
     density = 2 * np.pi**2 * u * np.sin(u**2 * np.pi / 2) * facing * _distribution(m, slopes)
     along = np.trapezoid(density, dx=1 / (shape[1] - 1), axis=1)
     area = float(np.trapezoid(along, dx=1 / (shape[0] - 1)))
@@ -159,9 +159,11 @@ def _values(
     i = direction(polar, 0.0 if isotropic else azimuth)
     o = 2 * (m @ i)[:, None] * m - i
     up = o[:, 2] > 0
-    found = np.zeros((side * side, len(function(i[None], i[None])[0])))
+    samples = np.zeros((side * side, len(function(i[None], i[None])[0])))
     towards = o[up] / np.linalg.norm(o[up], axis=1, keepdims=True)
-    found[up] = function(np.broadcast_to(i, towards.shape), towards) * towards[:, 2:]
-    place = np.sqrt(polar * 2 / np.pi), (azimuth + np.pi) / (2 * np.pi)
-    area = interpolate(sigma, *map(np.atleast_1d, place))
-    return np.asarray((found * 4 * area / interpolate(ndf, *at)[:, None]).T.reshape(-1, side, side))
+    samples[up] = function(np.broadcast_to(i, towards.shape), towards) * towards[:, 2:]
+    position = np.sqrt(polar * 2 / np.pi), (azimuth + np.pi) / (2 * np.pi)
+    area = interpolate(sigma, *map(np.atleast_1d, position))
+    return np.asarray(
+        (samples * 4 * area / interpolate(ndf, *at)[:, None]).T.reshape(-1, side, side)
+    )

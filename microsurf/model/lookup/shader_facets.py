@@ -52,8 +52,8 @@ class ShaderFacets:
         """Density of `draw` over D(h), in sr⁻¹, at w·h = ``cosine`` > 0."""
         across = self.across(dr, w) / _ROOT
         common = w.z * h.z
-        seen = cosine + dr.select(cosine > 2 * common, common, 0.0)
-        return seen / (w.z + across * self._steep(dr, w.z, across))
+        weight = cosine + dr.select(cosine > 2 * common, common, 0.0)
+        return weight / (w.z + across * self._steep(dr, w.z, across))
 
     def draw(self, dr: Any, w: Any, one: Any, two: Any) -> tuple[Any, Any]:
         """Draw slopes of a facet seen from w by ``one`` number in [0, 1), and ``two`` (x, y)."""

@@ -110,13 +110,15 @@ def implied(name: str, given: Parameters, scene: Scene) -> Parameters:
     if of_plugin is None:
         return {}
     of_material, roughness_keys, of_roughness = of_plugin
-    found = of_material(scene)
+    parameters = of_material(scene)
     if not any(set(keys) <= given.keys() for keys in roughness_keys):
-        found |= of_roughness(name, scene)
+        parameters |= of_roughness(name, scene)
     for key, others in _INSTEAD.items():
         if key in given:
-            found = {other: value for other, value in found.items() if other not in others}
-    return {key: value for key, value in found.items() if key not in given}
+            parameters = {
+                other: value for other, value in parameters.items() if other not in others
+            }
+    return {key: value for key, value in parameters.items() if key not in given}
 
 
 def _plastic(scene: Scene) -> Parameters:

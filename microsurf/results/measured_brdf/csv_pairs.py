@@ -59,10 +59,10 @@ def read(path: Path) -> MeasuredBrdf:
     names = [word.strip().strip('"').lower() for word in lines[start].split(",")]
     original = [word.strip().strip('"') for word in lines[start].split(",")]
     names = [_ALIASES.get(name.removesuffix("_deg"), name.removesuffix("_deg")) for name in names]
-    found = [_place(names, name) for name in ("theta_i", "theta_o", "phi_o")]
+    indices = [_place(names, name) for name in ("theta_i", "theta_o", "phi_o")]
     phi_i = _place(names, "phi_i") if "phi_i" in names else None
     rows = table(lines[start + 1 :], start + 2, len(names), ",")
-    theta_i, theta_o, phi_o = np.radians(rows[:, found].T)
+    theta_i, theta_o, phi_o = np.radians(rows[:, indices].T)
     azimuth = np.zeros(len(rows)) if phi_i is None else np.radians(rows[:, phi_i])
     angles = np.stack([theta_i, azimuth, theta_o, phi_o], axis=1)
     if "wavelength" in names or _MICROMETRES in names:
@@ -105,11 +105,11 @@ def _long(angles: Array, rows: Array, names: list[str]) -> MeasuredBrdf:
         np.round(angles, 9), axis=0, return_index=True, return_inverse=True
     )  # in the order of the angles, whatever that of the rows
     check_size(len(first), len(wavelengths))
-    place = pair.reshape(-1) * len(wavelengths) + channel.reshape(-1)
+    row = pair.reshape(-1) * len(wavelengths) + channel.reshape(-1)
     size = len(first) * len(wavelengths)
-    often = np.bincount(place, minlength=size)
+    often = np.bincount(row, minlength=size)
     with np.errstate(invalid="ignore"):
-        mean = np.bincount(place, weights=value, minlength=size) / often
+        mean = np.bincount(row, weights=value, minlength=size) / often
     remarks = []
     if (repeated := int(np.count_nonzero(often > 1))) > 0:
         remarks.append(f"{repeated} values were measured more than once: their mean is taken")

@@ -57,12 +57,12 @@ def angles() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     theta_h, theta_d, phi_d = np.meshgrid(h**2 * np.pi / 2, d * np.pi / 2, p * np.pi, indexing="ij")
     x, y = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d)
     z, c, s = np.cos(theta_d), np.cos(theta_h), np.sin(theta_h)
-    found = []
+    parts = []
     # The light is (x, y, z) about the half vector, the detector (−x, −y, z); both tilted by θ_h.
     for sign in (1, -1):
         up = c * z - s * sign * x
-        found += [
+        parts += [
             np.arccos(np.clip(up, -1, 1)).ravel(),
             np.arctan2(sign * y, c * sign * x + s * z).ravel(),
         ]
-    return found[0], found[1], found[2], found[3]
+    return parts[0], parts[1], parts[2], parts[3]

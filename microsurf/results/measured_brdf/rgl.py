@@ -54,8 +54,8 @@ def read(path: Path) -> MeasuredBrdf:
                 _incidence(tensors, values[a, t], a, t, (polar, azimuth), isotropic=isotropic)
             )
     angles = np.concatenate([part[0] for part in parts])
-    found = np.concatenate([part[1] for part in parts])
-    return of_rows(angles, found, ("R", "G", "B"), tuple(wavelengths))
+    samples = np.concatenate([part[1] for part in parts])
+    return of_rows(angles, samples, ("R", "G", "B"), tuple(wavelengths))
 
 
 def _check(tensors: dict[str, NDArray[Any]], values: NDArray[Any], channels: Array) -> None:

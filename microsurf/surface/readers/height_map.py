@@ -92,13 +92,13 @@ def choose(channel: str | None, names: list[str], default: int) -> int:
     """
     if channel is None:
         return default
-    found = [i for i, name in enumerate(names) if name == channel]
-    if not found and channel.isdecimal() and int(channel) < len(names):
-        found = [int(channel)]
-    if len(found) != 1:
+    matches = [i for i, name in enumerate(names) if name == channel]
+    if not matches and channel.isdecimal() and int(channel) < len(names):
+        matches = [int(channel)]
+    if len(matches) != 1:
         listed = ", ".join(f"{i} = {name!r}" for i, name in enumerate(names))
         raise InputError(f"channel {channel!r}: must be one of {listed}")
-    return found[0]
+    return matches[0]
 
 
 def first_line(error: Exception) -> str:

@@ -85,14 +85,14 @@ def _holds_heights(channel: Any) -> bool:
 
 
 def _channel(opened: Any, name: str, channel: str | None) -> HeightMap:
-    found = [c for c in opened.channels if _holds_heights(c)]
-    if not found:
+    channels = [c for c in opened.channels if _holds_heights(c)]
+    if not channels:
         kinds = ", ".join(f"{c.name!r} ({c.data_kind.value}, {c.dim}D)" for c in opened.channels)
         raise InputError(f"no channel holds a map of heights; there are {kinds or 'none'}")
-    names = [str(c.name) for c in found]
-    indices = [c.index for c in found]
+    names = [str(c.name) for c in channels]
+    indices = [c.index for c in channels]
     default = opened.default_channel.index
-    taken = found[choose(channel, names, indices.index(default) if default in indices else 0)]
+    taken = channels[choose(channel, names, indices.index(default) if default in indices else 0)]
     if taken.is_uniform is False:
         raise InputError("its points lie on no regular grid; export heights on a grid")
     sized = taken.physical_sizes is not None

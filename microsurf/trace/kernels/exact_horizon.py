@@ -36,7 +36,7 @@ def first_blocked(
     t = 0.0
     level, highest = -1, len(tile.levels) - 1
     wait = _PATIENCE
-    own = side
+    start_side = side
     while ring > 0:
         z_in = z + t * slope
         if level >= 0:
@@ -68,7 +68,7 @@ def first_blocked(
         if wait == 0:
             level = 0
         out = max(min(tx, ty), t)
-        if own >= 0 or not z_in > tile.tops[cy, cx]:
+        if start_side >= 0 or not z_in > tile.tops[cy, cx]:
             fx, fy = unit(x + t * dx - ix), unit(y + t * dy - iy)
             if tx <= ty:
                 gx, gy = float(ahead_x), unit(y + out * dy - iy)
@@ -80,13 +80,13 @@ def first_blocked(
                 edge = (1 - gx) * tile.heights[j, cx] + gx * tile.heights[j, cx + 1]
             flip = tile.flipped[cy, cx]
             before, after = beside(flip, fx, fy), beside(flip, gx, gy)
-            if own >= 0:
+            if start_side >= 0:
                 # The own facet blocks nothing that it sends out itself.
-                if (after < 0 if own == 0 else after > 0) and edge >= z + out * slope:
+                if (after < 0 if start_side == 0 else after > 0) and edge >= z + out * slope:
                     ring, slope = steeper(
                         ring, slope, (edge - z) / out, mz, mt, last, chance, rings, nodes
                     )
-                own = -1
+                start_side = -1
             else:
                 if before * after < 0:
                     share = before / (before - after)

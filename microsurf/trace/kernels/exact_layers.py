@@ -131,8 +131,8 @@ def _arrive(tallies, dx, dy, dz, weight, order, body, batch, bins):
 @inlined
 def _bin_of(length):
     """Bin of the length inside; what is shorter or longer than all is in the first or last."""
-    place = A_DECADE * np.log10(max(length, SHORTEST) / SHORTEST)
-    return min(int(place), LENGTHS - 1)
+    decade_bin = A_DECADE * np.log10(max(length, SHORTEST) / SHORTEST)
+    return min(int(decade_bin), LENGTHS - 1)
 
 
 @inlined
@@ -142,9 +142,9 @@ def _record(inside, body, weight, reflections, entries, length, events, hits):
     inside[LENGTH, body] += weight * length
     inside[SUBSTRATE_EVENTS, body] += weight * events
     inside[INNER_HITS, body] += weight * hits
-    place = _bin_of(length)
-    inside[LENGTH_LIGHT + place, body] += weight
-    inside[LENGTH_SUM + place, body] += weight * length
+    decade_bin = _bin_of(length)
+    inside[LENGTH_LIGHT + decade_bin, body] += weight
+    inside[LENGTH_SUM + decade_bin, body] += weight * length
 
 
 @compiled

@@ -114,14 +114,14 @@ def deposit(fan, first, weight, batch, sector, rings, nodes, light, into, tallie
     )
     scale = weight / total
     first = min(first, count)
-    seen = 0.0
+    arrived = 0.0
     for ring in range(first):
         part = into[ring] * scale
         tallies.energy[1, 0, sector, ring] += part
         tallies.squares[1, sector, ring] += part * part
-        seen += into[ring]
-    tallies.batches[batch, 0, 1] += seen * scale
-    blocked = total - seen
+        arrived += into[ring]
+    tallies.batches[batch, 0, 1] += arrived * scale
+    blocked = total - arrived
     ring = first
     left = chance * blocked
     if ring == count:

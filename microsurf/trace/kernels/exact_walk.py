@@ -79,7 +79,7 @@ def facet_plane(tile, cx, cy, side):
 
 
 @compiled
-def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
+def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, start_side):
     """Follow a ray from t on until it meets a facet or is above everything for good.
 
     The ray is (x, y, z) + t (dx, aspect · dy, dz) in cells, |dx| and |dy| ≥ LEAST; x, y at t
@@ -96,7 +96,7 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
     ix, iy = cx, cy  # the same cell, not brought back into the period
     tx, ty = (ix + ahead_x - x) / dx, (iy + ahead_y - y) / dy
     until = ROUNDS * float(tile.columns + tile.rows)
-    level, highest = (-1 if own >= 0 else 0), len(tile.levels) - 1
+    level, highest = (-1 if start_side >= 0 else 0), len(tile.levels) - 1
     wait = _PATIENCE  # on a facet nothing is clear yet
     far_x = far_y = 0
     met = -1
@@ -138,14 +138,14 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
             cx, cy = ix % tile.columns, iy % tile.rows
             t = clear
             tx, ty = (ix + ahead_x - x) / dx, (iy + ahead_y - y) / dy
-            own = -1
+            start_side = -1
             continue
         wait -= 1
         if wait == 0:
             level = 0
         out = max(min(tx, ty), t)
         z_out = z + out * dz
-        if own >= 0 or not min(z_in, z_out) > tile.tops[cy, cx]:
+        if start_side >= 0 or not min(z_in, z_out) > tile.tops[cy, cx]:
             # Places where the ray comes in and goes out, and the height of the edge there.
             fx, fy = unit(x + t * dx - ix), unit(y + t * dy - iy)
             if tx <= ty:
@@ -161,9 +161,9 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
             begin, end = t, out
             below = z_out <= edge
             side = int(before + after < 0)
-            if own >= 0:
-                side = 1 - own
-                below = below and (after < 0 if own == 0 else after > 0)
+            if start_side >= 0:
+                side = 1 - start_side
+                below = below and (after < 0 if start_side == 0 else after > 0)
                 if below:
                     share = unit(before / (before - after)) if before != after else 1.0
                     begin = t + share * (out - t)
@@ -191,7 +191,7 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, own):
                 fx, fy = unit(x + t * dx - ix), unit(y + t * dy - iy)
                 height = corner + p * fx + q * fy
                 break
-            own = -1
+            start_side = -1
         t = out
         if tx <= ty:
             ix += step_x

@@ -135,15 +135,15 @@ def elevation(ring, mz, mt, last, random_number, rings):
 @inlined
 def next_probe(fan, low, high, blocked_counts, grid):
     """Which ring to try, the first blocked one being in low … high: the median of like fans."""
-    seen = blocked_counts[like(fan, grid)]
+    counts = blocked_counts[like(fan, grid)]
     total = 0
     for i in range(low, high + 1):
-        total += seen[i]
-    so_far = seen[low]
+        total += counts[i]
+    so_far = counts[low]
     ring = low
     while ring < high - 1 and 2 * so_far < total:
         ring += 1
-        so_far += seen[ring]
+        so_far += counts[ring]
     return ring
 
 
@@ -196,14 +196,14 @@ def unfold(fan, first, weight, batch, azimuth, rings, light, tallies, random_num
     """
     count, total = shares(fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], rings, light)
     sector = sector_of(fan[COS_PHI], fan[SIN_PHI], azimuth)
-    seen = 0.0
+    arrived = 0.0
     for ring in range(min(first, count)):
         part = light[ring] * (weight / total)
         tallies.energy[1, 0, sector, ring] += part
         tallies.squares[1, sector, ring] += part * part
-        seen += light[ring]
-    tallies.batches[batch, 0, 1] += seen / total * weight
-    blocked = total - seen
+        arrived += light[ring]
+    tallies.batches[batch, 0, 1] += arrived / total * weight
+    blocked = total - arrived
     ring = min(first, count)
     left = random_number * blocked
     if ring == count:
