@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration coverage circle gridwalk frontiers renderers bench dist docs clean
+.PHONY: validate test test-long lint gallery atlas calibration coverage circle explorer gridwalk frontiers renderers bench dist docs clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -41,6 +41,11 @@ coverage: $(READY)
 # Wants MICROSURF_DATA, see validation/circle/run.py.
 circle: $(READY)
 	$(BIN)/python -m validation.circle.run
+
+# One page of lobes, traced points and a surface, for a browser: a minute.
+explorer: $(READY)
+	$(BIN)/python -m validation.explorer.traced
+	$(BIN)/python -m validation.explorer.page
 
 # Both engines against a walk over the grid in float64: first hits; Embree: facets, albedos, leaks.
 gridwalk: $(READY)

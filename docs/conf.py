@@ -36,6 +36,7 @@ add_module_names = False
 html_theme = "furo"
 html_title = f"microsurf {release}"
 html_show_sourcelink = False
+html_extra_path = ["../reports/explorer/explorer.html"]
 
 _ROOT = Path(__file__).parent.parent
 _ROOT_PAGES = {"index": "README.md", "changelog": "CHANGELOG.md", "contributing": "CONTRIBUTING.md"}
@@ -65,6 +66,9 @@ def _relinked(found: re.Match[str], base: Path, folder: Path) -> str:
     if target.parent == _ROOT:
         for page, file in {**_ROOT_PAGES, "citing": "CITATION.cff"}.items():
             target = _ROOT / "docs" / f"{page}.md" if file == target.name else target
+    if target.suffix == ".html":  # a page that stands beside those of the site
+        up = os.path.relpath(_ROOT / "docs", folder).replace(os.sep, "/")
+        return f'<a href="{up}/{target.name}">{words}</a>'
     path = os.path.relpath(target, folder).replace(os.sep, "/")
     if target.suffix == ".md" and not target.is_relative_to(_ROOT / "docs"):
         return f"{{download}}`{words} <{path}>`"
