@@ -18,9 +18,12 @@ test: $(READY) lint
 test-long: $(READY)
 	$(PYTEST) -m "long or not long"
 
+# Mitsuba renders the relief of the first.
 gallery: $(READY)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
 	$(BIN)/python -m validation.figures.surface_and_lobes
 	$(BIN)/python -m validation.figures.gallery
+	$(BIN)/python -m validation.figures.spheres
 	$(BIN)/python -m validation.figures.approximate_error
 
 # Goes on where it was stopped.

@@ -7,7 +7,6 @@ are theory, all averaged over the detector's bins of 2° by 10°.
 """
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +16,9 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from microsurf import generate_surface, measure, model, predict
-from microsurf.physics import metals
 from microsurf.report.figures.bands import cut
 from microsurf.report.figures.figure import write
 from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, own_style
-from microsurf.results import datasets, detector
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.stats import intervals
 
@@ -189,82 +186,8 @@ def profiles() -> None:
     save(figure, "profiles")
 
 
-def sphere() -> None:
-    """Illuminated spheres, the light 45° beside the eye: traced surface, walk, and their ratio."""
-    gold = metals.GOLD[1]
-    cases = {
-        "rough Lambertian\nn = 1, γ = 8, σ = 0.7": scene(8.0, 0.7, 1.0),
-        "IL, GGX\nn = 1.5, γ = 2, σ = 0.3": scene(2.0, 0.3, 1.5),
-        f"gold at {gold.wavelength:g} nm\nγ = 2, σ = 0.4": replace(
-            scene(2.0, 0.4, 1.0), material=Material(gold.n, k=gold.k)
-        ),
-    }
-    figure = Figure(figsize=(8, 7.4), layout="constrained")
-    panels = figure.subplots(3, 3)
-    for row, (name, asked) in zip(panels, cases.items(), strict=True):
-        i, o, disc, normal = _sphere(np.radians(45), 90)
-        light = np.where(normal[:, 0] > -9, i[:, 2], 0)
-        traced = _looked_up(asked, i, o) * light
-        walked = (
-            sum(model.Brdf(asked, "smith-walk", 400).evaluate(i, o, np.random.default_rng(1)))
-            * light
-        )
-        top = np.quantile(walked, 0.999)
-        for axes, values, title in (
-            (row[0], traced, "traced surface"),
-            (row[1], walked, "Smith walk"),
-        ):
-            image = np.full(disc.shape, np.nan)
-            image[disc] = np.clip(values / top, 0, 1) ** (1 / 2.2)
-            axes.imshow(image, cmap="gray", vmin=0, vmax=1, origin="lower")
-            axes.set_title(title, fontsize=9)
-        off = np.full(disc.shape, np.nan)
-        off[disc] = 100 * (traced / np.where(walked > 0, walked, np.nan) - 1)
-        shown = row[2].imshow(off, cmap="PuOr_r", vmin=-30, vmax=30, origin="lower")
-        row[2].set_title("traced / walk − 1", fontsize=9)
-        figure.colorbar(shown, ax=row[2], label="%", extend="both")
-        row[0].set_ylabel(name, fontsize=9)
-        for axes in row:
-            axes.set(xticks=[], yticks=[])
-    save(figure, "spheres")
-
-
-def _sphere(angle: float, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Light and eye in the frame of each illuminated pixel's normal, its mask, and the normals."""
-    y, x = np.mgrid[-1 : 1 : size * 1j, -1 : 1 : size * 1j]
-    z2 = 1 - x**2 - y**2
-    normal = np.stack([x, y, np.sqrt(np.maximum(z2, 0))], axis=-1)
-    light, eye = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([0.0, 0, 1])
-    disc = (z2 > 0.02) & (normal @ light > 0.02)
-    n = normal[disc]
-    along = np.cross([0.0, 1, 0], n)
-    along /= np.linalg.norm(along, axis=1)[:, None]
-    frame = np.stack([along, np.cross(n, along), n], axis=1)
-    i, o = frame @ light, frame @ eye
-    unit = [w / np.linalg.norm(w, axis=1)[:, None] for w in (i, o)]
-    return unit[0], unit[1], disc, n
-
-
-def _looked_up(asked: Scene, i: np.ndarray, o: np.ndarray) -> np.ndarray:
-    """BRDF of the traced surface at pairs of directions: its bins, linear in all three angles."""
-    thetas = tuple(np.arange(0.0, 90, 6))
-    asked = replace(asked, light=Light(thetas), surface=replace(asked.surface, realisations=2))
-    traced = measure(asked, progress=True)
-    material = asked.material
-    density = datasets.brdf(datasets.by_kind(traced.flux, material.n, material.kd[0]))
-    density = density.sum(("order", "kind")).mean("realisation").isel(phi_i=0, drop=True)
-    density = (density + density.roll(phi_o=-1).isel(phi_o=slice(None, None, -1)).values) / 2
-    wrapped = density.pad(phi_o=(0, 1), mode="wrap")
-    wrapped = wrapped.assign_coords(phi_o=np.arange(detector.SECTORS + 1) * 360 / detector.SECTORS)
-    theta_i, theta_o = (np.degrees(np.arccos(np.minimum(w[:, 2], 1))) for w in (i, o))
-    turn = np.degrees(np.arctan2(o[:, 1], o[:, 0]) - np.arctan2(i[:, 1], i[:, 0])) % 360
-    at = {"theta_i": np.minimum(theta_i, thetas[-1]), "theta_o": theta_o, "phi_o": turn}
-    places = {name: xr.DataArray(value, dims="pixel") for name, value in at.items()}
-    return np.asarray(wrapped.interp(places, kwargs={"fill_value": None}).clip(min=0))
-
-
 FIGURES = (profiles, effect_of_masking, multiple_scattering, effect_of_gamma,
-           lobes_over_n_and_sigma, sphere)  # fmt: skip
+           lobes_over_n_and_sigma)  # fmt: skip
 
 
 @own_style()
