@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import select
 import shutil
 import signal
 import tempfile
@@ -35,7 +36,7 @@ class Browser:
         silent = os.open(os.devnull, os.O_WRONLY)
         self._pid = os.posix_spawn(
             installed(),
-            [installed(), *OPTIONS, f"--user-data-dir={self._profile}", "about:blank"],
+            [installed(), *OPTIONS, f"--user-data-dir={self._profile}"],
             os.environ,
             file_actions=[
                 (os.POSIX_SPAWN_DUP2, silent, 2),
@@ -46,8 +47,7 @@ class Browser:
         )
         for descriptor in (theirs_in, theirs_out, silent, *high):
             os.close(descriptor)
-        pages = self._send("Target.getTargets")["targetInfos"]
-        target = next(t["targetId"] for t in pages if t["type"] == "page")
+        target = self._send("Target.createTarget", url="about:blank")["targetId"]
         attached = self._send("Target.attachToTarget", targetId=target, flatten=True)
         self._session = attached["sessionId"]
         for domain in ("Page", "Runtime"):
@@ -82,6 +82,8 @@ class Browser:
 
     def _read(self):
         while b"\0" not in self._unread:
+            readable, _, _ = select.select([self._in], [], [], 60)
+            assert readable, "the browser says nothing"
             part = os.read(self._in, 1 << 16)
             assert part, "the browser ended"
             self._unread += part

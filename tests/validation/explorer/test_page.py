@@ -180,6 +180,17 @@ def test_nothing_sticks_out_of_the_window(opened, width):
 
 
 @in_browser
+def test_the_plot_is_in_sight_while_a_slider_is_moved_on_a_phone(opened):
+    opened.open(PAGE, 390, 800)
+    box = "document.getElementById('{}').getBoundingClientRect()"
+    for name in ("cursor", "theta", "sigma", "gamma"):
+        opened.run(f"document.getElementById('{name}').focus()")
+        top, bottom = opened.run(f"[{box.format('plot')}.top, {box.format('plot')}.bottom]")
+        slider = opened.run(f"[{box.format(name)}.top, {box.format(name)}.bottom]")
+        assert 0 <= top < bottom <= slider[0] < slider[1] <= 800, name
+
+
+@in_browser
 def test_lines_differ_in_their_dashes(opened):
     dashes = opened.run(
         "Array.from(document.querySelectorAll('[data-line]'),"
