@@ -8,7 +8,9 @@
 Parameters: ``gamma`` (> 3/2, default 2); ``sigma``, or ``sigma_u`` and ``sigma_v`` (default 0.3);
 ``int_ior`` (relative, default 1.5) and ``diffuse_reflectance`` (texture or spectrum, default
 0.5); or a conductor's ``eta`` and ``k`` instead of both. D and F are closed forms, Λ and the
-body term are tables. Mitsuba is an extra, ``pip install 'microsurf[mitsuba]'``.
+body term are tables. ``mi.traverse`` shows gamma, sigma_u, sigma_v and int_ior too, and
+``params.update()`` tabulates anew. Mitsuba is an extra, ``pip install 'microsurf[mitsuba]'``,
+from 3.7 on, whose ``Properties`` and ``traverse`` it calls, to 3.9.
 """
 
 from importlib import import_module
@@ -57,20 +59,39 @@ class Ilstd:
         mi = self.mi
         mi.BSDF.__init__(self, props)
         sigma = props.get("sigma", 0.3)
-        given = props.get("sigma_u", sigma), props.get("sigma_v", sigma)
-        roughness = Roughness(props.get("gamma", 2.0), given)
-        if min(given) == 0:
-            raise InputError("ilstd: sigma = 0: must be > 0; smooth facets are `plastic`")
+        numbers = {
+            "gamma": props.get("gamma", 2.0),
+            "sigma_u": props.get("sigma_u", sigma),
+            "sigma_v": props.get("sigma_v", sigma),
+        }
         self.metal = "eta" in props or "k" in props
         if self.metal:
             self.eta = props.get_unbounded_texture("eta", 1.5)
             self.k = props.get_unbounded_texture("k", 0.0)
-            self.n = 1.5
         else:
-            self.n = Material(props.get("int_ior", 1.5)).n
+            numbers["int_ior"] = props.get("int_ior", 1.5)
             self.diffuse = props.get_texture("diffuse_reflectance", 0.5)
+        self._numbers = {name: self._mutable(value) for name, value in numbers.items()}
+        self._prepare()
+
+    def _mutable(self, value: float) -> Any:
+        """A number that ``params[name] = value`` can change: Python's own can't be."""
+        if self._compiled():
+            return self.mi.Float(value)
+        return import_module("drjit.scalar").ArrayXf([value])
+
+    def _prepare(self) -> None:
+        """Check the numbers, and make the tables and flags that follow from them."""
+        mi = self.mi
+        # float32 has seven digits: 0.3 is meant, not 0.300000012.
+        number = {name: float(f"{held[0]:.7g}") for name, held in self._numbers.items()}
+        sigma = number["sigma_u"], number["sigma_v"]
+        roughness = Roughness(number["gamma"], sigma)
+        if min(sigma) == 0:
+            raise InputError("ilstd: sigma = 0: must be > 0; smooth facets are `plastic`")
+        self.n = 1.5 if self.metal else Material(number["int_ior"]).n
         self.isotropic = roughness.isotropic
-        sigma, gamma = (roughness.sigma_x, roughness.sigma_y), min(roughness.gamma, _BECKMANN)
+        gamma = min(roughness.gamma, _BECKMANN)
         excess = float(visible_normals.mean_excess(2 * gamma - 2))
         self._facets = ShaderFacets(gamma, sigma, excess)
         self._tabulate()
@@ -244,11 +265,18 @@ class Ilstd:
         return self.mi.Spectrum(0.0) if self.metal else self.diffuse.eval(si, active)
 
     def traverse(self, callback: Any) -> None:
-        """Textures; the slopes are in tables, and fixed."""
+        """Textures, and the numbers behind the tables."""
         names = ("eta", "k") if self.metal else ("diffuse",)
         for name in names:
             shown = {"diffuse": "diffuse_reflectance"}.get(name, name)
             callback.put(shown, getattr(self, name), self.mi.ParamFlags.Differentiable)
+        for name, held in self._numbers.items():
+            callback.put(name, held, self.mi.ParamFlags.NonDifferentiable)
+
+    def parameters_changed(self, keys: list[str]) -> None:
+        """Make the tables anew if one of the numbers behind them changed."""
+        if not keys or set(keys) & self._numbers.keys():
+            self._prepare()
 
     def to_string(self) -> str:
         """Its numbers."""

@@ -161,6 +161,7 @@ def test_flags_components_textures_and_both_sides(scalar):
     assert laid.component_count() == 1
     assert laid.flags() & int(kind.Anisotropic)
     assert "diffuse_reflectance.value" in str(scalar.traverse(bsdf))
+    assert "int_ior" in str(scalar.traverse(bsdf))
     assert "eta.value" in str(scalar.traverse(laid))
     both = scalar.load_dict({"type": "twosided", "bsdf": given(SCENE)})
     point, context = scalar.SurfaceInteraction3f(), scalar.BSDFContext()
@@ -188,6 +189,32 @@ def test_flags_components_textures_and_both_sides(scalar):
 def test_what_it_cannot_be_is_refused(scalar, wrong, words):
     with pytest.raises(Exception, match=words):
         scalar.load_dict({"type": "ilstd", **wrong})
+
+
+@pytest.mark.parametrize("scene", [METAL, replace(METAL, roughness=Roughness(2.0, SIGMAS[1]))])
+def test_numbers_can_be_changed_after_it_was_made(scalar, scene):
+    bsdf = scalar.load_dict(given(METAL))
+    params = scalar.traverse(bsdf)
+    assert {"gamma", "sigma_u", "sigma_v"} <= set(params.keys())
+    rough = Roughness(3.0, scene.roughness.sigma)
+    i, o = model.direction(np.array([0.3, 1.2]), np.array([0.1, 4.0]))
+    pairs = np.stack([i, o]), np.stack([o, i])
+    before, expected = (
+        microsurf.from_mitsuba(scalar.load_dict(given(replace(METAL, roughness=each)))).evaluate(
+            *pairs, METAL
+        )["specular"]
+        for each in (METAL.roughness, rough)
+    )
+    params["gamma"], params["sigma_v"] = rough.gamma, rough.sigma_y
+    params["sigma_u"] = rough.sigma_x
+    params.update()
+    after = microsurf.from_mitsuba(bsdf).evaluate(*pairs, METAL)["specular"]
+    np.testing.assert_allclose(after, expected, rtol=1e-5)
+    assert np.abs(after / before - 1).max() > 0.01
+    assert bool(bsdf.flags() & int(scalar.BSDFFlags.Anisotropic)) is not rough.isotropic
+    params["gamma"] = 1.0
+    with pytest.raises(InputError, match=r"roughness\.gamma"):
+        params.update()
 
 
 def test_without_mitsuba_one_line_says_what_to_install(monkeypatch):

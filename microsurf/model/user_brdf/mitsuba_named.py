@@ -2,7 +2,8 @@
 
 What the scene says of the material and of the roughness is filled in where the plug-in has a
 parameter for it and none is given. STD slopes of γ = 2 are GGX with α = σ, those of γ → ∞ are
-Beckmann's with α = σ; between them no plug-in has the scene's roughness.
+Beckmann's with α = σ; between them only our own plug-in ``ilstd`` has the scene's roughness, and
+it is registered here.
 """
 
 import json
@@ -10,6 +11,7 @@ import math
 import re
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from ...errors import InputError
@@ -84,6 +86,9 @@ def _shown(value: Any) -> str:
 def _bridge(name: str, written: str) -> Bridge:
     mi = load()
     with scalar():
+        if json.loads(written)["type"] in _OURS:
+            # Plug-ins stand right of models: they are registered when one is named.
+            import_module(_OURS[json.loads(written)["type"]]).register()
         try:
             bsdf = mi.load_dict(json.loads(written))
         except Exception as error:
@@ -196,16 +201,37 @@ def _disney(name: str, scene: Scene) -> Parameters:
     return {"roughness": math.sqrt(_one_sigma(name, scene))}
 
 
+def _ilstd_material(scene: Scene) -> Parameters:
+    if scene.material.conductor:
+        return _conductor(scene)
+    return {"int_ior": float(scene.material.n), "diffuse_reflectance": scene.material.kd[0]}
+
+
+def _ilstd(name: str, scene: Scene) -> Parameters:
+    rough = scene.roughness
+    if scene.surface.file is not None:
+        raise InputError(f"--model {name}: the scene's surface is a file's; give the roughness")
+    return {
+        "gamma": float(rough.gamma),
+        "sigma_u": float(rough.sigma_x),
+        "sigma_v": float(rough.sigma_y),
+    }
+
+
+_OURS = {"ilstd": "microsurf.mitsuba"}
+"""Plug-ins that are ours, and the module that registers each."""
 _INSTEAD = {
     "alpha": {"alpha_u", "alpha_v"},
     "alpha_u": {"alpha"},
     "alpha_v": {"alpha"},
     "material": {"eta", "k"},
     "specular": {"eta"},
+    "sigma": {"sigma_u", "sigma_v"},
 }
 """What a parameter that is given stands for: Mitsuba refuses both."""
 _ALPHA = ("alpha", "distribution")
 _ALPHAS = ("alpha_u", "alpha_v", "distribution")
+_STD, _STDS = ("gamma", "sigma"), ("gamma", "sigma_u", "sigma_v")
 _IMPLIED: dict[
     str,
     tuple[
@@ -220,5 +246,6 @@ _IMPLIED: dict[
     "roughplastic": (_plastic, (_ALPHA,), _alpha),
     "roughconductor": (_conductor, (_ALPHA, _ALPHAS), _two_alphas),
     "principled": (_principled, (("roughness",),), _disney),
+    "ilstd": (_ilstd_material, (_STD, _STDS), _ilstd),
 }
 """By plug-in: of the material, parameters that state all of the roughness, of the roughness."""

@@ -87,6 +87,16 @@ def test_roughplastic_has_our_specular_lobe_and_its_own_body():
 
 
 @pytest.mark.usefixtures("mi")
+def test_our_plug_in_needs_no_registering():
+    steep = replace(METAL, roughness=Roughness(3.0, (0.2, 0.6)))
+    brdf = load_user_brdf("mitsuba:ilstd")
+    i, o = pairs()
+    ours = model.Brdf(steep, "smith").evaluate(i, o)[0]
+    np.testing.assert_allclose(brdf.evaluate(i, o, steep)["specular"], ours, rtol=1e-3, atol=1e-6)
+    assert "gamma = 3, sigma_u = 0.2, sigma_v = 0.6" in brdf.remarks(steep)[0]
+
+
+@pytest.mark.usefixtures("mi")
 def test_a_component_that_cannot_be_asked_for_alone_is_not_split():
     assert list(values("principled", SCENE)) == ["all"]
     assert list(values("roughconductor", SCENE)) == ["all"]  # the scene has a substrate
