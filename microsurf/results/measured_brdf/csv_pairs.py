@@ -67,7 +67,13 @@ def read(path: Path) -> MeasuredBrdf:
     angles = np.stack([theta_i, azimuth, theta_o, phi_o], axis=1)
     if "wavelength" in names or _MICROMETRES in names:
         return _long(angles, rows, names)
+    if "f_r11" in original:
+        raise InputError(
+            f"f_r11 without a column {_MICROMETRES} in µm; add it, or name the column f_633nm"
+        )
     columns = [k for k, name in enumerate(names) if name == "f" or name.startswith("f_")]
+    if "f_" in original:
+        raise InputError("a column f_ has no wavelength; name it, such as f_550nm")
     if not columns:
         raise InputError(f"no column f or f_… in its header; must have {_HEADER}")
     check_size(len(rows), len(columns))

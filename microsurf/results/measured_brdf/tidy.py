@@ -23,7 +23,7 @@ def tidy(brdf: MeasuredBrdf) -> MeasuredBrdf:
     Raises
     ------
     InputError
-        If no pair is left, or an angle or all values are not finite.
+        If no pair is left, a channel has no value, or an angle is not finite.
 
     """
     angles = np.stack([brdf.theta_i, brdf.phi_i, brdf.theta_o, brdf.phi_o])
@@ -31,6 +31,9 @@ def tidy(brdf: MeasuredBrdf) -> MeasuredBrdf:
         bad = int(np.count_nonzero(~np.isfinite(angles).all(axis=0)))
         raise InputError(f"{bad} pairs have an angle that is no finite number; remove them")
     brdf = _usable(_unsigned(brdf))
+    if (without := np.isnan(brdf.values).all(axis=0)).any():
+        which = ", ".join(np.array(brdf.channels)[without])
+        raise InputError(f"no usable value at {which}; leave these channels out of the file")
     return brdf.remarked(*_odd_values(brdf), *_odd_sides(brdf))
 
 

@@ -147,6 +147,13 @@ def test_csv_out_reads_back_with_all_digits(tmp_path):
         ("below.csv", "theta_i,theta_o,phi_o,f\n95,2,3,4\n", "none of 1 pairs"),
         ("nan.csv", "theta_i,theta_o,phi_o,f\nnan,2,3,4\n", "no finite number"),
         ("twice.csv", "theta_i,theta_o,phi_o,f_R,f_R\n1,2,3,4,5\n", "two columns of one name"),
+        ("gap.csv", "theta_i,theta_o,phi_o,f_R,f_G\n1,2,3,4,\n5,6,7,8,\n", "no usable value at G"),
+        ("unnamed.csv", "theta_i,theta_o,phi_o,f_R,f_\n1,2,3,4,5\n", "f_ has no wavelength"),
+        (
+            "nist.csv",
+            "thetai,thetar,phir,f_r11,f_r12/f_r11\n1,2,3,4,5\n",
+            "without a column lambda",
+        ),
         ("infinite.csv", "theta_i,theta_o,phi_o,f\n1,2,3,inf\n", "none of 1 pairs"),
         ("new.xyz", "1", "unknown ending"),
         ("zero.csv", "theta\x00", "not a text"),

@@ -90,6 +90,30 @@ def test_heights_are_those_published_beside_the_files(name):
 
 
 @measured
+@pytest.mark.parametrize(
+    ("name", "start", "number", "shape", "void", "turned"),
+    [
+        # The phases end the file, the upper row first.
+        ("metropro-1.dat", -480 * 640 * 4, ">i4", (480, 640), None, False),
+        # Behind the head of block 0x000B; the lower row is first, and 1 marks a void.
+        ("frt-2.frt", 140, "<u2", (300, 150), 1, True),
+    ],
+)
+def test_heights_are_those_of_the_bytes(name, start, number, shape, void, turned):
+    """Rows, columns and voids against numbers decoded here; no other orientation agrees."""
+    words = np.frombuffer(topography(name).read_bytes()[start:], number, count=np.prod(shape))
+    upright = words.reshape(shape)[:: -1 if turned else 1].astype(float)
+    found = read_surface(topography(name))
+    known = np.ones(shape, bool) if void is None else upright != void
+    assert np.array_equal(found.filled if void else ~known, ~known)
+    heights, numbers = found.heights[known], upright[known]
+    unit = np.ptp(heights) / np.ptp(numbers)
+    assert np.ptp(heights - unit * numbers) < 1e-9 * np.ptp(heights)
+    for other in (upright[::-1], upright[:, ::-1], upright[::-1, ::-1]):
+        assert np.ptp(heights - unit * other[known]) > 0.01 * np.ptp(heights)
+
+
+@measured
 def test_both_forms_of_x3p_give_the_same():
     text, binary = (topography(f"ISO5436-sample1{kind}.x3p") for kind in ("", "_bin"))
     for path in (text, binary):
