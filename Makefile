@@ -40,6 +40,7 @@ calibration: $(READY)
 # Goes on where it was stopped; an hour.
 coverage: $(READY)
 	$(BIN)/python -m validation.coverage.surfaces
+	$(BIN)/python -m validation.coverage.axes
 
 # Wants MICROSURF_DATA, see validation/circle/run.py.
 circle: $(READY)

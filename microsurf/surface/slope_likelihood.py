@@ -12,7 +12,8 @@ Facets of one surface are far from independent: covariances come from a sandwich
 estimator (White, Econometrica 50(1), 1982) with scores summed over tiles of the surface.
 Neighbouring tiles are still correlated: their products count with Bartlett's weights, ½
 across a side and ¼ across a corner (Conley, Journal of Econometrics 92(1), 1999). It holds
-for surfaces whose correlation is short against a tile, an eighth of a side.
+for surfaces whose correlation is short against a tile, an eighth of a side; narrow ones get
+fewer and larger tiles, and with them a wider Student's t.
 """
 
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ Mask = NDArray[np.bool_]
 
 TILES = 8
 """Tiles a side: 64 observations for the covariance of four parameters."""
+FEW_TILES = 4
+"""Of a surface so narrow that its eighths know of each other."""
 MAX_ETA = 20.0
 """γ = 1.05: beyond, there is no mean slope for a mesh to show."""
 _FEW = 30_000  # facets of the first search
@@ -160,7 +163,7 @@ def _kernel(rho2: Array, eta: float) -> tuple[Array, Array, Array]:
 
 
 def covariance(
-    p: Array, q: Array, result: Maximum, measured: Mask | None = None
+    p: Array, q: Array, result: Maximum, measured: Mask | None = None, tiles: int = TILES
 ) -> tuple[Array, Array, float]:
     """Covariance of (η, m, d, e) about a maximum, S → R exp[m+d, e; e, m−d] Rᵀ, S = R Rᵀ.
 
@@ -172,6 +175,8 @@ def covariance(
         Of those that were measured.
     measured : ndarray of bool, shape (splits, rows, columns), optional
         Which were.
+    tiles : int
+        How many a side.
 
     Returns
     -------
@@ -208,13 +213,13 @@ def covariance(
         [(m - first).sum(axis=(1, 2, 3)) / s for m, s in zip(moved, sizes, strict=True)], axis=1
     )
     inverse = np.linalg.inv((information + information.T) / 2)
-    there = _tile_sums(measured.sum(axis=0)[None].astype(np.float64))[0] > 0
+    there = _tile_sums(measured.sum(axis=0)[None].astype(np.float64), tiles)[0] > 0
     weights = _bartlett(there)
-    sums = _tile_sums(first.sum(axis=1))[:, there]
-    tiles = sums.shape[1]
+    sums = _tile_sums(first.sum(axis=1), tiles)[:, there]
+    count = sums.shape[1]
     # The scores add up to zero, which takes its share from their products.
-    meat = sums @ weights @ sums.T / max(1 - weights.sum() / tiles**2, 0.1)
-    dof = max(tiles**2 / float(np.sum(weights**2)) - 1, 1.0)
+    meat = sums @ weights @ sums.T / max(1 - weights.sum() / count**2, 0.1)
+    dof = max(count**2 / float(np.sum(weights**2)) - 1, 1.0)
     return np.asarray(inverse @ meat @ inverse), np.asarray(inverse), dof
 
 
@@ -225,10 +230,10 @@ def _bartlett(there: Mask) -> Array:
     return np.asarray(apart[0] * apart[1])
 
 
-def _tile_sums(values: Array) -> Array:
-    """Sum (…, rows, columns) over tiles, at most 8 a side."""
+def _tile_sums(values: Array, tiles: int) -> Array:
+    """Sum (…, rows, columns) over at most so many tiles a side."""
     for axis in (-2, -1):
         count = values.shape[axis]
-        edges = np.unique(np.arange(TILES) * count // TILES)
+        edges = np.unique(np.arange(tiles) * count // tiles)
         values = np.add.reduceat(values, edges, axis=axis)
     return values

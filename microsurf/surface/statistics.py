@@ -215,6 +215,12 @@ def correlation_lengths(h: Heightfield) -> tuple[float | None, float | None]:
     return _first_crossing(covariance[0]), _first_crossing(covariance[:, 0])
 
 
+def lengths_across(h: Heightfield) -> float:
+    """The fewest correlation lengths across the surface, x or y; 0 if one is never reached."""
+    sides = zip(h.heights.shape[::-1], correlation_lengths(h), strict=True)
+    return min(side / length if length else 0.0 for side, length in sides)
+
+
 def _first_crossing(covariance: Array) -> float | None:
     half = covariance[: covariance.size // 2 + 1]
     below = np.flatnonzero(half < half[0] / np.e)

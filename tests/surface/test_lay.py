@@ -6,23 +6,7 @@ from scipy.optimize import minimize
 from microsurf.errors import InputError
 from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface
 from microsurf.surface.slope_likelihood import maximise
-from microsurf.surface.structures import impose
-
-
-def turned(cells, lengths, azimuth, rng, gamma=np.inf):
-    """A surface whose slopes have σ ∝ 1/lengths along axes turned by ``azimuth`` degrees.
-
-    Gaussian of autocorrelation exp(−dᵀ A d): its slopes have the covariance 2A. A function
-    of it has STD's slopes of the same axes, see `structures`.
-    """
-    turn = np.radians(azimuth)
-    axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    inverse = axes @ np.diag(np.square(lengths)) @ axes.T
-    k_y, k_x = np.meshgrid(*[2 * np.pi * np.fft.fftfreq(cells)] * 2, indexing="ij")
-    power = inverse[0, 0] * k_x**2 + 2 * inverse[0, 1] * k_x * k_y + inverse[1, 1] * k_y**2
-    noise = np.fft.fft2(rng.normal(size=(cells, cells)))
-    field = np.fft.ifft2(noise * np.exp(-power / 8)).real
-    return Heightfield(impose(field / field.std(), gamma, "tops"))
+from validation.coverage.axes import turned
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 17.0, 45.0, -30.0])

@@ -166,16 +166,18 @@ def rows(drawn: Iterable[list[dict[str, Any]]]) -> Iterator[dict[str, Any]]:
         for key, truth in (("gamma", GAMMA), ("sigma", SIGMA)):
             value, low, high = np.array([row[key] for row in fitted]).reshape(-1, 3).T
             held = int(np.sum((low <= truth) & (truth <= high)))
+            least, most = exact_interval(held, len(fitted))
             table |= {
                 f"{key}_held": held,
-                **dict(zip((f"{key}_low", f"{key}_high"), _exact(held, len(fitted)), strict=True)),
+                f"{key}_low": least,
+                f"{key}_high": most,
                 f"{key}_bias": float(np.median(value) / truth - 1) if fitted else None,
                 f"{key}_reach": float(np.median(high - low) / 2 / truth) if fitted else None,
             }
         yield table | {"directed": sum(not row["isotropic"] for row in fitted)}
 
 
-def _exact(held: int, count: int) -> tuple[float, float]:
+def exact_interval(held: int, count: int) -> tuple[float, float]:
     """95 % interval of a rate (Clopper and Pearson 1934)."""
     low = float(stats.beta.ppf(0.025, held, count - held + 1)) if held else 0.0
     high = float(stats.beta.ppf(0.975, held + 1, count - held)) if held < count else 1.0

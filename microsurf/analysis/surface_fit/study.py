@@ -15,9 +15,14 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...physics import student_t
 from ...surface import Heightfield
-from ...surface.fit import StdFit, fit_std, rho2, slopes_to_fit
+from ...surface.fit import LEAST_LENGTHS, StdFit, fit_std, rho2, slopes_to_fit
 from ...surface.slope_likelihood import maximise
-from ...surface.statistics import correlation_lengths, height_parameters, ks_distance
+from ...surface.statistics import (
+    correlation_lengths,
+    height_parameters,
+    ks_distance,
+    lengths_across,
+)
 from .quantisation import height_step
 
 Array = NDArray[np.float64]
@@ -26,10 +31,6 @@ MODELS = {"beckmann": 0.0, "ggx": 1.0}
 """η = 1/(γ−1) of the distributions that STD contains."""
 LEAST_CELLS = 32
 """A side, at the coarsest pixel that is fitted: four to each tile of the intervals."""
-LEAST_LENGTHS = 16
-"""Correlation lengths across a surface below which intervals are too narrow: its tiles, an eighth
-of a side, then know of each other. Of maps 11 and 6 lengths wide the intervals of γ held the
-truth in 10 and 9 of 13 (reports/coverage)."""
 HELD = 0.01
 """Share of STD's area that may be steeper than a mesh holds."""
 
@@ -180,7 +181,7 @@ def as_json(study: SurfaceStudy) -> dict[str, Any]:
         **height_parameters(h),
         "correlation_x": None if along_x is None else along_x * h.pixel[0],
         "correlation_y": None if along_y is None else along_y * h.pixel[1],
-        "remarks": _remarks(h, (along_x, along_y)),
+        "remarks": _remarks(h),
         "voids": h.provenance.get("voids", {"share": 0.0, "treatment": "none"}),
         "level": h.provenance.get("level", "none"),
         "reader": h.provenance.get("reader", "microsurf"),
@@ -192,10 +193,9 @@ def as_json(study: SurfaceStudy) -> dict[str, Any]:
     return plain
 
 
-def _remarks(h: Heightfield, lengths: tuple[float | None, float | None]) -> list[str]:
+def _remarks(h: Heightfield) -> list[str]:
     """What makes the intervals doubtful, for people."""
-    sides = zip(h.heights.shape[::-1], lengths, strict=True)
-    across = min(side / length if length else 0.0 for side, length in sides)
+    across = lengths_across(h)
     if across >= LEAST_LENGTHS:
         return []
     advice = f"take a surface of {LEAST_LENGTHS} or more, or fill voids instead of cropping"
