@@ -1,13 +1,15 @@
 """Do intervals of a BRDF fit cover the truth, and what does order 1 alone do to data of all orders.
 
 BRDFs of all orders (order 1 exact, the rest by Smith's walk) with noise of 2 % are drawn and
-fitted; two minutes of processor time for 40 draws of 300 pairs, ten for 1500.
+fitted; two minutes of processor time for 40 draws of 300 pairs, ten for 1500. What is finished
+is kept in reports/latest: the same command goes on after a stop.
 
-    python -m validation.calibration.brdf_fit [PAIRS] [DRAWS] [--out FILE.csv]
+    python -m validation.calibration.brdf_fit [--pairs 300 1500] [--draws 40] [--out FILE.csv]
 """
 
 import argparse
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +33,16 @@ from microsurf.report.figures.figure import as_csv
 from microsurf.results.measured_brdf.scattered import MeasuredBrdf, unit
 from microsurf.scene import Material, Roughness, Scene
 
+from ..checkpoint import LATEST, once
+from ..coverage.surfaces import exact_interval
+
 GAMMA, SIGMA, N, KD = 2.5, 0.3, 1.5, (0.1, 0.4, 0.8)
 NOISE = 0.02
 INCIDENCES = 20
 MOST_THETA = np.radians(75.0)
 NEAR = np.radians(12.0)
 WALKS = 4000  # of the data
+OUT = Path(__file__).parents[2] / "reports" / "calibration" / "brdf_fit.csv"
 
 
 def draw(pairs: int, rng: np.random.Generator) -> MeasuredBrdf:
@@ -72,7 +78,7 @@ def fits(pairs: int, seed: int) -> dict[str, dict[str, Any]]:
     }
 
 
-def rows(drawn: list[dict[str, dict[str, Any]]]) -> Iterator[dict[str, Any]]:
+def rows(pairs: int, drawn: list[dict[str, dict[str, Any]]]) -> Iterator[dict[str, Any]]:
     """Coverage, bias and scatter of each parameter."""
     truths = {"gamma": GAMMA, "sigma": SIGMA, "n": N}
     for orders in ("1", "all"):
@@ -82,30 +88,37 @@ def rows(drawn: list[dict[str, dict[str, Any]]]) -> Iterator[dict[str, Any]]:
             of = [draw[orders] for draw in drawn]
             found = np.array([one[key] if at is None else one[key][at] for one in of])
             ends = np.array([one[f"{key}_ci"] if at is None else one["kd_ci"][at] for one in of])
+            held = int(np.sum((ends[:, 0] <= truth) & (truth <= ends[:, 1])))
+            low, high = exact_interval(held, len(found))
             yield {
+                "pairs": pairs,
                 "orders fitted": orders,
                 "parameter": name,
                 "truth": truth,
                 "draws": len(found),
-                "covered": float(np.mean((ends[:, 0] <= truth) & (truth <= ends[:, 1]))),
+                "held": held,
+                "held_low": low,
+                "held_high": high,
                 "bias": float(np.median(found) / truth - 1),
                 "scatter": float(found.std(ddof=1) / truth),
             }
 
 
 def main() -> None:
-    """Print the table, or write it."""
+    """Write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("pairs", nargs="?", type=int, default=300)
-    parser.add_argument("draws", nargs="?", type=int, default=40)
-    parser.add_argument("--out", type=Path)
-    asked = parser.parse_args()
-    table = as_csv(rounded(rows([fits(asked.pairs, k) for k in range(asked.draws)]), 3))
-    if asked.out is None:
-        print(table)  # noqa: T201 - a script speaks
-        return
-    with whole_file(asked.out) as temporary:
-        temporary.write_text(table, encoding="utf-8", newline="\n")
+    parser.add_argument("--pairs", nargs="+", type=int, default=[300, 1500])
+    parser.add_argument("--draws", type=int, default=40)
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args()
+    table: list[dict[str, Any]] = []
+    for pairs in options.pairs:
+        kept = LATEST / "calibration" / f"brdf_fit-{pairs}"
+        drawn = [once(kept / f"{k}.json", partial(fits, pairs, k)) for k in range(options.draws)]
+        table.extend(rows(pairs, drawn))
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(options.out) as temporary:
+        temporary.write_text(as_csv(rounded(table, 3)), encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

@@ -125,7 +125,7 @@ def of_brdf(file: Path) -> tuple[list[Row], str]:
 
 
 def draw_surface(axes: Axes, rows: list[Row], said: str) -> None:
-    """Points traced, lines predicted, a colour each angle."""
+    """Points traced with their 95 % intervals, lines predicted, a colour each angle."""
     for theta, color in zip(THETAS, (BLUE, VERMILION), strict=True):
         for source, style in (("measured", "o"), ("smith", "-")):
             mine = [r for r in rows if r["theta_i_deg"] == theta and r["source"] == source]
@@ -134,6 +134,9 @@ def draw_surface(axes: Axes, rows: list[Row], said: str) -> None:
                 [r["theta_o_deg"] for r in mine], [r["brdf_per_sr"] for r in mine], style,
                 color=color, markersize=3, label=f"{theta:g}°, {word}",
             )  # fmt: skip
+            if source == "measured":
+                low, high = (np.array([r[end] for r in mine]) for end in ("low", "high"))
+                axes.vlines([r["theta_o_deg"] for r in mine], low, high, color=color, linewidth=0.8)
     axes.set(title=f"a measured surface, as gold: {said}", ylim=(1e-2, None))
 
 
