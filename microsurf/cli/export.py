@@ -10,6 +10,7 @@ import click
 from ..analysis.export import check as checked
 from ..analysis.export import klems, rgl, tables
 from ..analysis.export.source import Source, of_fit, of_scene
+from ..analysis.export.traced import of_result
 from ..errors import InputError
 from ..files import check_writable, whole_file
 from ..scene import Scene
@@ -25,7 +26,7 @@ WRITERS: dict[str, Callable[[Source, Path], None]] = {
 
 
 @click.command("export")
-@click.argument("file", type=INPUT, metavar="(SCENE.toml | FIT.json)")
+@click.argument("file", type=INPUT, metavar="(SCENE.toml | RESULT.nc | FIT.json)")
 @click.option(
     "--out", type=PATH, required=True,
     help=".bsdf of RGL (Mitsuba's `measured`), .binary of MERL, .csv of pairs, .xml of LBNL.",
@@ -36,11 +37,12 @@ WRITERS: dict[str, Callable[[Source, Path], None]] = {
 def export_command(
     file: Path, out: Path, wavelengths: tuple[float, ...] | None, check: bool, as_json: bool
 ) -> None:
-    """Write a material for other programs: of a scene, or of what `fit --json` printed.
+    """Write a material for other programs: of a scene, a trace, or what `fit --json` printed.
 
-    It is order 1 by Smith's height-correlated masking. One Kd is grey, three are red, green
-    and blue; others need --wavelengths. The .csv holds the scene's incidences, and the .xml
-    means over Klems' 145 patches.
+    Of a scene or a fit it is order 1 by Smith's height-correlated masking; of a trace light of
+    all orders, smoothed within its errors. One Kd is grey, three are red, green and blue;
+    others need --wavelengths. The .csv holds the scene's incidences, and the .xml means over
+    Klems' 145 patches.
 
     Example: microsurf export scene.toml --out paint.bsdf --check
     """
@@ -57,7 +59,8 @@ def export_command(
     with whole_file(out) as temporary:
         WRITERS[ending](source, temporary)
         if check:
-            values |= checked.check(source, temporary)
+            judged = checked.check if source.traced is None else checked.check_traced
+            values |= judged(source, temporary)
     show({**values, "seconds": time.perf_counter() - begin}, as_json)
 
 
@@ -67,7 +70,5 @@ def _source(file: Path, wavelengths: tuple[float, ...]) -> Source:
             raise InputError(f"--wavelengths: {file} names its own; leave it out")
         return of_fit(file)
     if file.suffix.lower() == ".nc":
-        raise InputError(
-            f"{file}: traced results are not exported yet; give the scene it was measured of"
-        )
+        return of_result(file, wavelengths)
     return of_scene(Scene.read(file), file.name, wavelengths)

@@ -27,6 +27,25 @@ _COLOUR = ("R", "G", "B")
 
 
 @dataclass(frozen=True)
+class TracedBins:
+    """What a trace holds of a material.
+
+    Attributes
+    ----------
+    theta_i, phi_i : array
+        Incidences in degrees.
+    energy, error : array, shape (theta_i, phi_i, channels, rings, sectors)
+        Part of the incident power in each bin of the detector, and its standard error.
+
+    """
+
+    theta_i: Array
+    phi_i: Array
+    energy: Array
+    error: Array
+
+
+@dataclass(frozen=True)
 class Source:
     """A BRDF to be written.
 
@@ -45,6 +64,8 @@ class Source:
         In nm and ascending; empty if there are none.
     notes : tuple of str
         What whoever uses it should know.
+    traced : TracedBins or None
+        What it was traced as, if it was.
 
     """
 
@@ -54,6 +75,7 @@ class Source:
     channels: tuple[str, ...]
     wavelengths: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+    traced: TracedBins | None = None
 
     def in_colour(self, i: Array, o: Array) -> Array:
         """Values of shape (pairs, 3) for formats that hold red, green and blue.
@@ -85,7 +107,7 @@ def of_scene(scene: Scene, name: str, wavelengths: Sequence[float] = ()) -> Sour
 
     """
     channels = channels_of(name, len(scene.material.kd), wavelengths)
-    of_one = _order_one(scene)
+    of_one = order_one(scene)
     weights = facet.body_weight(scene.material.n, scene.material.kd)
 
     def evaluate(i: Array, o: Array) -> Array:
@@ -95,7 +117,7 @@ def of_scene(scene: Scene, name: str, wavelengths: Sequence[float] = ()) -> Sour
     return Source(name, evaluate, scene, channels, tuple(map(float, wavelengths)))
 
 
-def _order_one(scene: Scene) -> Callable[[Array, Array], tuple[Array, Array]]:
+def order_one(scene: Scene) -> Callable[[Array, Array], tuple[Array, Array]]:
     """f_specular and f_body at unit body weight as a function of directions."""
     needs, material, rough = scene.requires, scene.material, scene.roughness
     if scene.surface.file is not None:
