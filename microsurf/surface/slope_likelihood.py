@@ -135,9 +135,10 @@ def _search(
         """−ln f less its constant, and its gradient."""
         eta, u, v, w = (*at, 0.0, at[1])[:4] if isotropic else at
         eu, ew = np.exp(u), np.exp(w)
-        rho2 = np.array([eu * eu, 2 * eu * v, v * v + ew * ew]) @ products
+        # Not @: BLAS splits sums by its threads, whose number would change their last digits.
+        rho2 = np.einsum("i,ij", [eu * eu, 2 * eu * v, v * v + ew * ew], products)
         value, by_eta, weight = _kernel(rho2, eta)
-        pp, pq, qq = products @ weight / weight.size
+        pp, pq, qq = np.einsum("ij,j", products, weight) / weight.size
         by_u = 2 * (eu * eu * pp + eu * v * pq) - 1
         by_w = 2 * ew * ew * qq - 1
         mean = float(np.mean(value)) - u - w
