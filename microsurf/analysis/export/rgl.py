@@ -40,13 +40,16 @@ class _Sizes:
 
 
 _ISOTROPIC = _Sizes(1, 36, (64, 128), 80)
-_ANISOTROPIC = _Sizes(9, 20, (96, 96), 40)
+_NARROW = _Sizes(1, 72, (64, 128), 128)
+_NARROWEST = 0.15
+"""σ below which a lobe takes the finer grid: with the other γ = 40, σ = 0.1 is 1.2 % off."""
+_ANISOTROPIC = _Sizes(17, 28, (96, 96), 64)
 _FINE = 512  # nodes of D and σ along θ
 _FINE_AZIMUTHS = 256
 
 
 def write(source: Source, path: Path) -> None:
-    """Write the file; it takes 5 MB if isotropic, 14 MB if not.
+    """Write the file; it takes 5 MB if isotropic, 21 MB if its σ is below 0.15, 50 MB if not.
 
     Raises
     ------
@@ -63,6 +66,8 @@ def tensors(source: Source) -> dict[str, NDArray[np.float32] | NDArray[np.uint8]
     if rough.sigma_x == 0:
         raise InputError(f"{source.name}: roughness.sigma = 0: .bsdf needs σ > 0; write .csv")
     sizes = _ISOTROPIC if rough.isotropic else _ANISOTROPIC
+    if rough.isotropic and rough.sigma_x < _NARROWEST:
+        sizes = _NARROW
     # A quarter of the azimuths stands for all, as a renderer knows by their range.
     phi = np.zeros(1) if rough.isotropic else np.linspace(-np.pi, -np.pi / 2, sizes.azimuths)
     theta = _MOST_THETA * (1 - (1 - np.linspace(0, 1, sizes.polar)) ** 1.5)
