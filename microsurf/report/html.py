@@ -16,7 +16,7 @@ from ..invariants import Invariant
 from ..results import albedos, uncertainty
 from . import albedo_table, attachments, citations, json_document
 from . import scene_figures as pictures
-from .figures.figure import ENDINGS, Picture, save
+from .figures.figure import Picture, save
 from .junit import to_junit
 from .markdown import to_markdown
 from .section import Section, Table
@@ -203,10 +203,10 @@ def _part(part: Section, where: str, figures: Path) -> _Part:
 
 def _show(picture: Picture, figures: Path) -> _Shown:
     """Write a picture, and give it as the address of an image: nothing in it can run."""
-    content = save(picture, figures)
-    kind = "png" if content.startswith(b"\x89PNG") else "svg+xml"
-    address = f"data:image/{kind};base64," + base64.b64encode(content).decode()
-    files = tuple((end.upper(), f"{figures.name}/{picture.name}.{end}") for end in ENDINGS)
+    contents = save(picture, figures)
+    shown, kind = ("svg", "svg+xml") if "svg" in contents else ("png", "png")
+    address = f"data:image/{kind};base64," + base64.b64encode(contents[shown]).decode()
+    files = tuple((end.upper(), f"{figures.name}/{picture.name}.{end}") for end in contents)
     return _Shown(picture.name, picture.caption, picture.figure.get_figwidth(), address, files)
 
 

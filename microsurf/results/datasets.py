@@ -169,12 +169,12 @@ def save(result: xr.Dataset, path: Path, *, rounded: bool = False) -> None:
 
 
 def _packed(values: xr.DataArray, *, rounded: bool) -> dict[str, Any]:
-    """How a variable is written: large ones compressed, one lobe at a time."""
+    """How a variable is written: large ones compressed, the lobes of all events together."""
     if values.size < _LARGE:
         return {"_FillValue": None}
     kind = {"dtype": "float32"} if rounded and values.dtype == np.float64 else {}
-    chunks = (1,) * (values.ndim - 2) + values.shape[-2:] if values.ndim > 2 else values.shape
-    packing = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+    chunks = (1,) * (values.ndim - 3) + values.shape[-3:]
+    packing = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
     return {"_FillValue": None, "chunksizes": chunks, **packing, **kind}
 
 

@@ -14,7 +14,6 @@ from microsurf import report
 from microsurf.analysis import validate
 from microsurf.errors import InputError, MicrosurfError
 from microsurf.report import attachments
-from microsurf.report.figures import figure as picture
 from microsurf.report.figures.figure import Picture
 from microsurf.report.section import Section, Table
 from microsurf.results import datasets
@@ -169,13 +168,21 @@ def test_report_json_is_strict(folder):
     ]  # fmt: skip
 
 
-def test_every_figure_has_three_files_and_every_result_is_there(folder):
+def test_every_figure_has_its_files_and_every_result_is_there(folder):
     stems = {file.stem for file in (folder / "figures").iterdir()}
     of_scenes = {f"{s}-{k}" for s in ("a-b-c", "broken") for k in _KINDS}
     assert stems == of_scenes | {"overview", "further-all", "further-one"}
     for stem in stems:
-        for ending in ("svg", "png", "csv"):
+        for ending in ("png", "csv"):
             assert (folder / "figures" / f"{stem}.{ending}").stat().st_size > 0
+    vectors = {file.stem for file in (folder / "figures").glob("*.svg")}
+    assert "further-one" in vectors
+    assert "a-b-c-lobes" not in vectors
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    linked = re.findall(r'href="(figures/[^"]+)"', page)
+    assert {name.removeprefix("figures/") for name in linked} == {
+        file.name for file in (folder / "figures").iterdir()
+    }
     models = ("measured", "smith", "vcavity", "smith-walk")
     names = {f"{s}-{m}.nc" for s in ("a-b-c", "broken") for m in models}
     assert {file.name for file in (folder / "data").iterdir()} == names
@@ -221,7 +228,8 @@ def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):
     report.make_folders(tmp_path)
     report.write(entries, tmp_path, 7, **_FURTHER)
     files = [f.relative_to(folder) for f in folder.rglob("*") if f.is_file()]
-    assert len(files) == 11 * 3 + 2 * 4 + 2 + 6
+    vectors = len([file for file in files if file.suffix == ".svg"])
+    assert len(files) == 11 * 2 + vectors + 2 * 4 + 2 + 6
     for file in files:
         assert (tmp_path / file).read_bytes() == (folder / file).read_bytes(), file
 
@@ -255,10 +263,14 @@ def test_a_report_that_can_not_be_finished_leaves_the_old_page(entries, tmp_path
     report.make_folders(tmp_path)
     (tmp_path / "report.html").write_text("old")
 
-    def full(_):
-        raise OSError(28, "No space left on device")
+    write_bytes = Path.write_bytes
 
-    monkeypatch.setattr(picture, "as_csv", full)
+    def full(path, content):
+        if path.suffix == ".png":
+            raise OSError(28, "No space left on device")
+        return write_bytes(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(MicrosurfError, match="No space left"):
         report.write(entries, tmp_path, 0)
     assert (tmp_path / "report.html").read_text() == "old"

@@ -1,4 +1,4 @@
-"""A figure with its words and its numbers: shown in the page, and three files beside it."""
+"""A figure with its words and its numbers: shown in the page, and its files beside it."""
 
 import csv
 import io
@@ -23,8 +23,7 @@ DPI = 200
 COLOURS = 64
 """Of the raster: a dozen hues and their edges; a quarter of the bytes of all colours."""
 SMALL = 40_000
-"""Bytes of a vector picture that is shown as one, though its raster may be smaller."""
-ENDINGS = ("svg", "png", "csv")
+"""Bytes of a vector picture that is kept, though its raster may be smaller."""
 
 _FORMULA = ("=", "+", "-", "@")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,120}")
@@ -65,13 +64,19 @@ class Picture:
             raise ValueError(f"picture {self.name}: has no caption or no numbers")
 
 
-def save(picture: Picture, folder: Path) -> bytes:
-    """Write NAME.svg, NAME.png and NAME.csv into ``folder``; return the picture for a page.
+def save(picture: Picture, folder: Path) -> dict[str, bytes]:
+    """Write NAME.png, NAME.csv and, if it is small, NAME.svg into ``folder``.
 
-    That is the SVG if it is small, else the smaller of both.
+    An SVG is small that has no more bytes than its raster, or than `SMALL`. Lobes of a
+    dozen panels have ten times as many: `microsurf plot` draws them as vectors.
 
-    All three or none: none takes its name before all are written. The same picture gives
-    the same bytes.
+    All or none: none takes its name before all are written. The same picture gives the
+    same bytes.
+
+    Returns
+    -------
+    dict
+        Ending of each file ("svg", "png", "csv") to its content: what a page shows first.
 
     Raises
     ------
@@ -81,29 +86,31 @@ def save(picture: Picture, folder: Path) -> bytes:
         If there is no room.
 
     """
-    names = [folder / f"{picture.name}.{ending}" for ending in ENDINGS]
-    with ExitStack() as files:
-        vector, raster, table = (files.enter_context(whole_file(name)) for name in names)
-        write(picture.figure, vector)
-        _write_raster(picture.figure, raster)
-        table.write_text(as_csv(picture.rows), encoding="utf-8", newline="\n")
-    of_svg, of_png = (name.read_bytes() for name in names[:2])
-    return of_svg if len(of_svg) <= max(len(of_png), SMALL) else of_png
+    vector = _drawn(picture.figure, "svg")
+    raster = _raster(picture.figure)
+    files = {"svg": vector} if len(vector) <= max(len(raster), SMALL) else {}
+    files |= {"png": raster, "csv": as_csv(picture.rows).encode()}
+    with ExitStack() as written:
+        for ending, content in files.items():
+            path = written.enter_context(whole_file(folder / f"{picture.name}.{ending}"))
+            path.write_bytes(content)
+    return files
 
 
-def _write_raster(figure: "Figure", path: Path) -> None:
+def _raster(figure: "Figure") -> bytes:
     """As it was laid out for the SVG: laying out is half the work. In few colours, as it has."""
     engine = figure.get_layout_engine()
     figure.set_layout_engine("none")
-    full = io.BytesIO()
+    full, few = io.BytesIO(), io.BytesIO()
     try:
         with own_style():
             figure.savefig(full, format="png", dpi=DPI, pil_kwargs={"compress_level": 1})
     finally:
         figure.set_layout_engine(engine)
     with Image.open(full) as drawn:
-        few = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        few.save(path, optimize=True, dpi=(DPI, DPI))
+        reduced = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        reduced.save(few, format="png", optimize=True, dpi=(DPI, DPI))
+    return few.getvalue()
 
 
 def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:
@@ -112,16 +119,21 @@ def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:
     The same figure gives the same bytes. Letters of an SVG are outlines: it looks the same
     wherever it is opened. ``dpi`` is that of a PNG.
     """
+    path.write_bytes(_drawn(figure, path.suffix.lower()[1:], dpi))
+
+
+def _drawn(figure: "Figure", kind: str, dpi: float = DPI) -> bytes:
     from matplotlib import rc_context  # noqa: PLC0415 - late: only to draw
 
-    ending = path.suffix.lower()
-    unsaid = {".png": "Software", ".pdf": "CreationDate", ".svg": "Date"}
+    unsaid = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}
     outlines = rc_context({"svg.hashsalt": "microsurf", "svg.fonttype": "path"})
-    with own_style(), outlines, path.open("wb") as file:
+    content = io.BytesIO()
+    with own_style(), outlines:
         figure.savefig(
-            file, format=ending[1:], dpi=dpi if ending == ".png" else "figure",
-            metadata={unsaid[ending]: None},
+            content, format=kind, dpi=dpi if kind == "png" else "figure",
+            metadata={unsaid[kind]: None},
         )  # fmt: skip
+    return content.getvalue()
 
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:

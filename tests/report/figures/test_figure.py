@@ -1,8 +1,9 @@
-"""Pictures are three files or none, the same bytes every time, and the CSV is what is drawn."""
+"""Pictures are all their files or none, the same bytes every time, and the CSV is what is drawn."""
 
 import csv
 import io
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,18 +27,19 @@ def made(name="a-picture", rows=None):
     return Picture(name, figure, "What it shows.", rows)
 
 
-def test_three_files_and_the_first_while_it_is_small(tmp_path, monkeypatch):
-    content = save(made(), tmp_path)
-    assert sorted(p.name for p in tmp_path.iterdir()) == [
-        "a-picture.csv", "a-picture.png", "a-picture.svg",
-    ]  # fmt: skip
-    assert (tmp_path / "a-picture.svg").read_bytes() == content
-    assert content.rstrip().endswith(b"</svg>")
+def test_a_small_vector_picture_is_kept_and_a_large_one_is_its_raster(tmp_path, monkeypatch):
+    files = save(made(), tmp_path)
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == {
+        f"a-picture.{ending}": content for ending, content in files.items()
+    }
+    assert list(files) == ["svg", "png", "csv"]
+    assert files["svg"].rstrip().endswith(b"</svg>")
     assert image.imread(tmp_path / "a-picture.png").shape[:2] == (400, 600)
-    raster = (tmp_path / "a-picture.png").read_bytes()
-    assert len(raster) < len(content)
+    assert len(files["png"]) < len(files["svg"])
     monkeypatch.setattr(picture, "SMALL", 0)
-    assert save(made(), tmp_path) == raster
+    (tmp_path / "a-picture.svg").unlink()
+    assert list(save(made(), tmp_path)) == ["png", "csv"]
+    assert not (tmp_path / "a-picture.svg").exists()
 
 
 def test_few_colours_are_close_to_all(tmp_path):
@@ -85,11 +87,14 @@ def test_a_picture_without_numbers_is_refused():
 def test_all_or_nothing(tmp_path, monkeypatch):
     save(made(), tmp_path)
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    write_bytes = Path.write_bytes
 
-    def full(_):
-        raise OSError(28, "No space left on device")
+    def full(path, content):
+        if path.suffix == ".csv":
+            raise OSError(28, "No space left on device")
+        return write_bytes(path, content)
 
-    monkeypatch.setattr(picture, "as_csv", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     other = made(rows=[{"x": 9}])
     other.figure.axes[0].set_title("other")
     with pytest.raises(MicrosurfError, match="No space left"):
