@@ -107,6 +107,7 @@ class ToyTile:
 
     plane: exact.ExactTile
     engine: str = "toy-engine"
+    layered: bool = False
 
 
 def plane(*_):

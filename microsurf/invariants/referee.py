@@ -8,6 +8,7 @@ within a chain of mirrors, and the covariance of the runs knows that.
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..errors import InputError
 from ..results import detector
 from ..scene import Scene
 from ..stats import intervals
-from ..surface import Heightfield, mesh
+from ..surface import Heightfield
 from ..trace import embree, engine, work_items
 from ..trace.engine import AnyTile
 from ..trace.kernels.state import ENDS, LOST
@@ -45,9 +46,11 @@ Beam = Callable[[float, float, int, np.random.Generator], Tally]
 
 
 def second_engine(
-    scene: Scene, surface: Heightfield, *, seed: int = 0, workers: int | None = None
+    scene: Scene, surface: Heightfield | None, *, seed: int = 0, workers: int | None = None
 ) -> Invariant:
     """Trace a rough scene's first realisation by its own engine and by the other one.
+
+    ``surface`` is that realisation, made from the scene if it is None; of two layers the interface.
 
     The other one is Embree, or the exact engine if the scene names Embree. Where it can't
     run the invariant holds, and its ``detail`` says that the second engine is absent and why.
@@ -57,7 +60,7 @@ def second_engine(
     try:
         if other == "embree" and not embree.installed():
             return _absent("embreex is not installed, which has no wheel for every machine")
-        tiles = [_tile(name, surface) for name in (chosen, other)]
+        tiles = [_tile(scene, name, seed, surface) for name in (chosen, other)]
     except InputError as error:
         return _absent(str(error))
     beams = [beam_of(tile, facet) for tile in tiles]
@@ -80,12 +83,10 @@ def beam_of(tile: AnyTile, facet: FacetOptics) -> Beam:
     return lambda theta, phi, paths, rng: engine.trace(tile, theta, phi, facet, paths, rng)
 
 
-def _tile(name: str, surface: Heightfield) -> AnyTile:
-    heightfield = mesh(surface)
-    tracer = engine.tracer_of(name)
-    memory.require(heightfield.heights.size, tracer.bytes_per_cell, f"surface, engine {name}")
-    work_items.compiled(name)
-    return tracer.tile_of(heightfield)
+def _tile(scene: Scene, name: str, seed: int, surface: Heightfield | None) -> AnyTile:
+    scene = replace(scene, accuracy=replace(scene.accuracy, engine=name))
+    work_items.compiled(name, layered=scene.layers is not None)
+    return work_items.Realisation(scene, seed, 0, surface).tile()
 
 
 def _absent(why: str) -> Invariant:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results import datasets, detector
+from ..results.layers import event_weights
 from ..surface import Heightfield, Mesh, mesh
 from ..trace.engine import AUTO, AnyTile, trace
 from ..trace.engine import tile_of as engines_tile
@@ -60,7 +61,9 @@ def runs(
 def weighted(tally: Tally, n: float, kd: float) -> Array:
     """Light by order, kind (specular, body), ring and sector, as parts of what was sent."""
     energy = tally.energy / tally.light
-    weights = datasets.body_weights(energy.shape[1], n, kd)
+    events = energy.shape[1]
+    layered = len(tally.inside) > 0
+    weights = event_weights(events, kd) if layered else datasets.body_weights(events, n, kd)
     body = np.einsum("obrs,b->ors", energy[:, 1:], weights[1:])
     return np.stack([energy[:, 0], body], axis=1)
 

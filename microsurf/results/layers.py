@@ -8,16 +8,27 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from . import datasets
+from . import datasets, detector
 
 
 def with_substrate_events(dataset: xr.Dataset) -> xr.Dataset:
     """Say how many substrate events each bin of body events stands for, see `bin_weights`."""
-    events = np.maximum(dataset.body_events.values - 1, 0)
+    events = substrate_events(dataset.body_events.values)
     about = {"long_name": "substrate events; each weighs Kd"}
     return dataset.assign_coords({datasets.SUBSTRATE_EVENTS: ("body_events", events, about)})
+
+
+def substrate_events(body_events: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How many substrate events numbers of body events stand for."""
+    return np.maximum(body_events - 1, 0)
+
+
+def event_weights(bins: int, kd: float) -> NDArray[np.float64]:
+    """Weights of the first bins of body events: Kd for each substrate event; 0⁰ = 1."""
+    return np.asarray(kd ** substrate_events(detector.BODY_EVENTS[:bins]))
 
 
 class Absorbed(NamedTuple):

@@ -136,8 +136,8 @@ def check(layers: Layers, material: Any, surface: Any, effects: Any, accuracy: A
     Raises
     ------
     InputError
-        For a conductor, single scattering alone, an error in place of paths, another engine, a
-        substrate correlated with an interface that no field was made for, or scaled with one.
+        For a conductor, single scattering alone, an error in place of paths, a substrate
+        correlated with an interface that no field was made for, or scaled with one.
 
     """
     if material.conductor:
@@ -154,11 +154,6 @@ def check(layers: Layers, material: Any, surface: Any, effects: Any, accuracy: A
         raise InputError(
             f"accuracy.standard_error = {accuracy.standard_error:g} with [layers]: what it takes "
             "is known of one surface only; give accuracy.paths"
-        )
-    if accuracy.engine not in (None, "exact"):
-        raise InputError(
-            f"accuracy.engine = {accuracy.engine!r} with [layers]: only the exact engine traces "
-            "two layers; leave it out or give 'exact'"
         )
     substrate = layers.substrate
     if surface.file is not None and substrate.correlation_with_interface != 0:

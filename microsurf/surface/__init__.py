@@ -6,7 +6,7 @@ from .fit import StdFit, fit_std
 from .formats import FORMATS, Format, endings_text, read_endings, write_endings
 from .heightfield import Heightfield, Mesh, facet_normals, facet_slopes, mesh
 from .io import read_surface, write_surface
-from .layers import LayeredMesh, layered_mesh, substrate_digest
+from .layers import LayeredMesh, flat_layers, layered_mesh, substrate_digest
 from .measured import from_array
 from .readers.height_map import HeightMap
 from .realisations import (
@@ -35,6 +35,7 @@ __all__ = [
     "facet_normals",
     "facet_slopes",
     "fit_std",
+    "flat_layers",
     "from_array",
     "from_recipe",
     "generate_surface",

@@ -114,6 +114,13 @@ def layered_mesh(
     return pair
 
 
+def flat_layers(cells: int, gap: float) -> LayeredMesh:
+    """Two planes, ``gap`` cells apart."""
+    straight = np.zeros((cells, cells), np.bool_)
+    interface = Mesh(np.zeros((cells, cells)), straight)
+    return LayeredMesh(interface, Mesh(interface.heights - gap, straight), gap)
+
+
 def substrate_digest(scene: Scene) -> str | None:
     """Digest of the file that a scene's substrate is read from; None if it is made.
 

@@ -5,8 +5,9 @@ rays must be float32, one direction for each origin, finite, and not zero.
 """
 
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,24 +33,11 @@ class EmbreeTile:
     """A tile's triangles, ready for rays from any number of threads."""
 
     engine = "embree"
+    layered = False
 
     def __init__(self, grid: Grid) -> None:
-        try:
-            from embreex.mesh_construction import TriangleMesh
-            from embreex.rtcore_scene import EmbreeScene
-        except ImportError as error:
-            raise InputError(
-                f"embreex is not installed: it has wheels for Linux x86-64, macOS and Windows, "
-                f"none for this machine ({sys.platform}); "
-                "trace with the exact engine, which is the default"
-            ) from error
         self.grid = grid
-        self._scene = EmbreeScene(robust=True)
-        self._mesh = TriangleMesh(self._scene, *triangles(grid))
-        # Commit is lazy and not thread-safe: it happens at the first ray, here.
-        self.intersect(
-            np.array([[0, 0, grid.top + 1]], np.float32), np.array([[0, 0, -1]], np.float32)
-        )
+        self._scene, self._meshes = _commit([grid])
 
     def intersect(self, origins: Rays, directions: Rays) -> Hits:
         """Find the first hit of each ray, from t = 0 on; releases the GIL.
@@ -64,6 +52,51 @@ class EmbreeTile:
         _check(origins, directions)
         hits = self._scene.run(origins, directions, output=True)
         return Hits(hits["primID"], hits["u"], hits["v"])
+
+
+class EmbreeLayers:
+    """The triangles of an interface and of the substrate under it, each a geometry of its own.
+
+    ``absorption`` is per cell of length inside.
+    """
+
+    engine = "embree"
+    layered = True
+
+    def __init__(self, interface: Grid, substrate: Grid, absorption: float = 0.0) -> None:
+        self.interface, self.substrate, self.absorption = interface, substrate, absorption
+        self._scene, self._meshes = _commit([interface, substrate])
+
+    def intersect(self, origins: Rays, directions: Rays) -> tuple[NDArray[np.int32], Hits]:
+        """Find the first hit of each ray, see `EmbreeTile.intersect`, and on which surface.
+
+        0 is the interface, 1 the substrate, −1 neither.
+        """
+        _check(origins, directions)
+        hits = self._scene.run(origins, directions, output=True)
+        return hits["geomID"], Hits(hits["primID"], hits["u"], hits["v"])
+
+
+def _commit(grids: Sequence[Grid]) -> tuple[Any, list[Any]]:
+    """A scene of some meshes, numbered in their order, ready for rays."""
+    try:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+    except ImportError as error:
+        raise InputError(
+            f"embreex is not installed: it has wheels for Linux x86-64, macOS and Windows, "
+            f"none for this machine ({sys.platform}); "
+            "trace with the exact engine, which is the default"
+        ) from error
+    scene = EmbreeScene(robust=True)
+    meshes = [TriangleMesh(scene, *triangles(grid)) for grid in grids]
+    # Commit is lazy and not thread-safe: it happens at the first ray, here.
+    scene.run(
+        np.array([[0, 0, grids[0].top + 1]], np.float32),
+        np.array([[0, 0, -1]], np.float32),
+        output=True,
+    )
+    return scene, meshes
 
 
 def installed() -> bool:

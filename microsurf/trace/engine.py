@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from .. import memory
 from ..errors import InputError
 from ..scene import ENGINES, Scene
-from ..surface import Mesh
-from . import embree_hits, exact, layers, wavefront
+from ..surface import LayeredMesh, Mesh
+from . import embree_hits, embree_layers, exact, layers, wavefront
 from .embree import EmbreeTile
 from .exact import exact_tile
 from .grid import from_heights
-from .layers import LayeredTile
 from .plane import Plane
 from .wavefront import FacetOptics, FirstHits, Tally
 
@@ -35,6 +34,27 @@ class AnyTile(Protocol):
     @property
     def engine(self) -> str:
         """Key of `scene.engines`."""
+
+    @property
+    def layered(self) -> bool:
+        """Whether it is an interface over a substrate."""
+
+
+@dataclass(frozen=True)
+class LayersTracer:
+    """What an engine does with an interface over a substrate.
+
+    Attributes
+    ----------
+    tile_of : callable
+        Of both surfaces and the absorption per cell: a tile, see `AnyTile.layered`.
+    trace : callable
+        Paths of light over it, as `wavefront.trace`; body events as in `layers.trace`.
+
+    """
+
+    tile_of: Callable[[LayeredMesh, float], AnyTile]
+    trace: Callable[..., Tally]
 
 
 @dataclass(frozen=True)
@@ -56,6 +76,8 @@ class Tracer:
     cell_cost : float
         Time to make a cell, ready for the engine, in that of a path on one thread: fixed, so
         that the same command plans the same on every machine.
+    layers : LayersTracer or None
+        The same of two surfaces; None of an engine that knows one only.
 
     """
 
@@ -67,6 +89,7 @@ class Tracer:
     ways_out: Callable[..., NDArray[np.bool_]]
     bytes_per_cell: int
     cell_cost: float
+    layers: LayersTracer | None = None
 
 
 EXACT = Tracer(
@@ -78,6 +101,7 @@ EXACT = Tracer(
     exact.ways_out,
     bytes_per_cell=memory.EXACT_BYTES_PER_CELL,
     cell_cost=0.5,
+    layers=LayersTracer(layers.layered_tile, layers.trace),
 )
 EMBREE = Tracer(
     lambda period: EmbreeTile(from_heights(period.heights, period.flipped, period.aspect)),
@@ -88,12 +112,13 @@ EMBREE = Tracer(
     embree_hits.ways_out,
     bytes_per_cell=memory.EMBREE_BYTES_PER_CELL,
     cell_cost=3.0,
+    layers=LayersTracer(embree_layers.layered_tile, embree_layers.trace),
 )
 
 
 def engine_of(scene: Scene) -> str:
     """Name of the engine that traces a scene."""
-    return scene.accuracy.engine or (AUTO if scene.layers is None else "exact")
+    return scene.accuracy.engine or AUTO
 
 
 def tracer_of(engine: str) -> Tracer:
@@ -126,6 +151,24 @@ def tile_of(engine: str, period: Mesh) -> AnyTile:
     return tracer_of(engine).tile_of(period)
 
 
+def layers_of(engine: str) -> LayersTracer:
+    """What an engine does with two layers.
+
+    Raises
+    ------
+    InputError
+        If it knows one surface only.
+
+    """
+    tracer = tracer_of(engine).layers
+    if tracer is None:
+        raise InputError(
+            f"accuracy.engine = {engine!r} with [layers]: it traces one surface only; "
+            "leave it out or give 'exact'"
+        )
+    return tracer
+
+
 def plane(engine: str) -> AnyTile:
     """A flat surface."""
     return tracer_of(engine).plane()
@@ -144,11 +187,8 @@ def trace(
     azimuth: float | None = None,
 ) -> Tally:
     """Follow paths with the engine the tile was made for, see `wavefront.trace`."""
-    if isinstance(tile, LayeredTile):
-        return layers.trace(
-            tile, theta, phi, facet, paths, rng, part=part, parts=parts, azimuth=azimuth
-        )
-    return tracer_of(tile.engine).trace(
+    tracer = layers_of(tile.engine) if tile.layered else tracer_of(tile.engine)
+    return tracer.trace(
         tile, theta, phi, facet, paths, rng, part=part, parts=parts, azimuth=azimuth
     )
 

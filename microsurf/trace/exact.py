@@ -66,6 +66,11 @@ class ExactTile(NamedTuple):
         """Which engine it is ready for."""
         return "exact"
 
+    @property
+    def layered(self) -> bool:
+        """One surface."""
+        return False
+
 
 def exact_tile(
     heights: NDArray[np.float64],

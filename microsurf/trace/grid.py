@@ -139,3 +139,36 @@ def triangles(grid: Grid) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     faces[..., 1, 0] = np.where(flip, h10, h00)
     faces[..., 1, 1], faces[..., 1, 2] = h11, h01
     return vertices, faces.reshape(-1, 3)
+
+
+def points_on(
+    grid: Grid, triangle: NDArray[np.int32], u: NDArray[np.float32], v: NDArray[np.float32]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points of triangles by the weights u, v of their second and third corners, shape (…, 3).
+
+    In cells and in float64; and the unit normals upwards, not in cells.
+    """
+    a, b, c = _corners(grid, triangle)
+    ab, ac = b - a, c - a
+    normal = np.cross(ab, ac) * [1.0, grid.aspect, 1.0]
+    normal /= np.sqrt((normal**2).sum(1, keepdims=True))
+    return a + u[:, None].astype(float) * ab + v[:, None].astype(float) * ac, normal
+
+
+def _corners(grid: Grid, triangle: NDArray[np.int32]) -> tuple[NDArray[np.float64], ...]:
+    """Corners of triangles in the order of `grid.triangles`, counterclockwise from above."""
+    width = grid.flipped.shape[1]
+    cell, side = np.divmod(triangle.astype(np.int64), 2)
+    y, x = np.divmod(cell, width)
+    flipped = grid.flipped[y, x]
+    # Steps from the cell's corner: side 0 of an ordinary cell is (0, 0), (1, 0), (1, 1).
+    steps = np.array(
+        [
+            [[(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]],
+            [[(0, 0), (1, 0), (0, 1)], [(1, 0), (1, 1), (0, 1)]],
+        ]
+    )[flipped.astype(int), side]
+    at_x, at_y = x[:, None] + steps[..., 0], y[:, None] + steps[..., 1]
+    z = grid.heights[at_y, at_x].astype(float)
+    corners = np.stack([grid.x0 + at_x, grid.y0 + at_y, z], axis=-1)
+    return corners[:, 0], corners[:, 1], corners[:, 2]

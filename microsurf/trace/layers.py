@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..results import detector
-from ..surface import LayeredMesh, Mesh
+from ..surface import LayeredMesh
 from .beam import light_direction, stratified_points
 from .exact import exact_tile
 from .kernels.exact_layers import ROWS, Layers, LayerTallies, trace_layers
@@ -27,6 +27,11 @@ class LayeredTile:
         """Which engine it is ready for."""
         return "exact"
 
+    @property
+    def layered(self) -> bool:
+        """Two surfaces."""
+        return True
+
 
 def layered_tile(pair: LayeredMesh, absorption: float = 0.0) -> LayeredTile:
     """Prepare both surfaces; ``absorption`` is per cell."""
@@ -37,15 +42,6 @@ def layered_tile(pair: LayeredMesh, absorption: float = 0.0) -> LayeredTile:
         exact_tile(below.heights, below.flipped, below.aspect, precise=True),
     )
     return LayeredTile(layers, absorption)
-
-
-def flat_layers(cells: int, gap: float, absorption: float = 0.0) -> LayeredTile:
-    """Two planes, ``gap`` cells apart."""
-    straight = np.zeros((cells, cells), np.bool_)
-    interface = Mesh(np.zeros((cells, cells)), straight)
-    return layered_tile(
-        LayeredMesh(interface, Mesh(interface.heights - gap, straight), gap), absorption
-    )
 
 
 def trace(

@@ -10,6 +10,7 @@ class Plane:
     """Stands in for `EmbreeTile` where σ = 0: one cell-wide pattern, never searched."""
 
     engine = "embree"
+    layered = False
 
     def __init__(self) -> None:
         self.grid: Grid = from_heights(np.zeros((2, 2)), np.zeros((2, 2), bool))

@@ -14,10 +14,9 @@ import numpy as np
 from .. import memory, seeds
 from ..physics.facet import body_weight
 from ..scene import Scene
-from ..surface import Heightfield, layered_mesh, mesh, surface_of
+from ..surface import Heightfield, flat_layers, layered_mesh, mesh, surface_of
 from . import engine
 from .engine import AnyTile
-from .layers import flat_layers, layered_tile
 from .wavefront import FacetOptics, Tally
 
 PATHS_PER_ITEM = 131_072
@@ -54,7 +53,7 @@ class Realisation:
         if self.scene.layers is not None:
             pair = layered_mesh(self.scene, self.seed, self.number, self.given)
             self._require(2 * pair.interface.heights.size)
-            return layered_tile(pair, self.scene.layers.absorption)
+            return engine.layers_of(name).tile_of(pair, self.scene.layers.absorption)
         if self.given is None and not self.scene.requires.roughness:
             return engine.plane(name)
         if self.given is None and self.scene.surface.file is None:
@@ -111,7 +110,9 @@ def facet_optics(scene: Scene) -> FacetOptics:
 def compiled(name: str, *, layered: bool = False) -> None:
     """Compile an engine, once a process, before any clock runs."""
     facet = FacetOptics(1.5, interface=True, substrate=True, multiple_scattering=True)
-    tile = flat_layers(2, 1.0) if layered else engine.plane(name)
+    tile = engine.plane(name)
+    if layered:
+        tile = engine.layers_of(name).tile_of(flat_layers(2, 1.0), 0.0)
     engine.trace(tile, 0.0, 0.0, facet, 1, np.random.default_rng(0))
 
 

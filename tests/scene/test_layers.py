@@ -87,7 +87,6 @@ def test_a_file_lies_beside_its_scene(tmp_path):
         ),
         ('shape = "same"', "gap = 1.0", "[material]\nn = 0.9", "material.n"),
         ('shape = "same"', "gap = 1.0", "[material]\nn = 0.2\nk = 3.0", "material.k"),
-        ('shape = "same"', "gap = 1.0", '[accuracy]\nengine = "embree"', "exact"),
         ('shape = "same"', "gap = 1.0", "[accuracy]\nstandard_error = 1e-3", "accuracy.paths"),
         (
             'shape = "same"', "gap = 1.0", "[effects]\nmultiple_scattering = false",

@@ -1,55 +1,24 @@
 """Two explicit surfaces: exact invariants, limits in closed form, and defects that must show."""
 
-import functools
-import operator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
+from layered_pairs import CELLS, PAIRS, STRAIGHT, albedo, follow, optics, pair, relief
 
 from microsurf.errors import InputError
 from microsurf.physics import facet, fresnel
 from microsurf.results import detector
 from microsurf.results.layers import absorbed
 from microsurf.scene import Accuracy, Layers, Light, Material, Roughness, Scene, Substrate, Surface
-from microsurf.surface import Mesh, generate_surface, mesh
-from microsurf.surface.layers import LayeredMesh
+from microsurf.surface import Mesh, flat_layers
 from microsurf.trace import engine, layers, measure
 from microsurf.trace.beam import light_direction, stratified_points
 from microsurf.trace.kernels import exact_layers
 from microsurf.trace.kernels.exact_layers import INNER_HITS, LENGTH, ROWS, SUBSTRATE_EVENTS
 from microsurf.trace.kernels.splitmix import stream
 from microsurf.trace.kernels.state import Bins, empty_tallies
-from microsurf.trace.wavefront import FacetOptics
-
-CELLS = 64
-STRAIGHT = np.zeros((CELLS, CELLS), bool)
-
-
-def optics(n, substrate=True, survival=1.0):
-    return FacetOptics(n, n > 1, substrate, multiple_scattering=True, survival=survival)
-
-
-@functools.cache
-def relief(seed, gamma=8.0, sigma=0.5):
-    if sigma == 0:
-        return np.zeros((CELLS, CELLS))
-    return mesh(generate_surface(gamma, sigma, cells=CELLS, correlation=4.0, seed=seed)).heights
-
-
-def pair(above, below, gap):
-    return LayeredMesh(Mesh(above, STRAIGHT), Mesh(below - gap, STRAIGHT), gap)
-
-
-PAIRS = {
-    "flat over flat": pair(relief(1, sigma=0), relief(1, sigma=0), 0.7),
-    "rough over flat": pair(relief(1), relief(1, sigma=0), 6.0),
-    "flat over rough": pair(relief(1, sigma=0), relief(2, 3.0), 12.0),
-    "same": pair(relief(1), relief(1), 0.3),
-    "scaled": pair(relief(1), relief(1) / 2, 4.0),
-    "independent": pair(relief(1), relief(2), 9.0),
-}
 
 
 def area(heights):
@@ -173,29 +142,12 @@ def test_invariants_catch_what_conserves_energy(judge, monkeypatch, defect):
     compare(mean, expected(both, 1.5), error)
 
 
-def follow(tile, theta, facets, count=100_000, seed=1, phi=20.0):
-    parts = [
-        engine.trace(
-            tile, theta, phi, facets, count // 4, np.random.default_rng((seed, k)), part=k, parts=4
-        )
-        for k in range(4)
-    ]
-    return functools.reduce(operator.add, parts)
-
-
-def albedo(tally, kd):
-    """Total albedo and its standard error; each substrate event weighs Kd."""
-    events = np.maximum(detector.BODY_EVENTS[: tally.energy.shape[1]] - 1, 0)
-    batches = tally.batches.sum(1) @ kd**events
-    mean = batches.sum() / tally.light
-    rest = batches - mean * tally.batch_light
-    return mean, np.sqrt((rest**2).sum() * len(rest) / (len(rest) - 1)) / tally.light
-
-
 @pytest.mark.parametrize("gap", [0.05, 1.0, 10.0])
 @pytest.mark.parametrize("theta", [0, 60, 80])
 def test_two_planes_are_one_facet_at_every_gap(judge, theta, gap):
-    tally = follow(layers.flat_layers(CELLS, gap), theta, optics(1.5), seed=judge.seed(2))
+    tally = follow(
+        layers.layered_tile(flat_layers(CELLS, gap)), theta, optics(1.5), seed=judge.seed(2)
+    )
     means, errors = np.transpose([albedo(tally, kd) for kd in (0.5, 0.8)])
     closed = facet.albedo(np.cos(np.radians(theta)), 1.5, np.array([0.5, 0.8]))
     judge.near(means, closed, errors)
