@@ -1,4 +1,4 @@
-"""`microsurf measure --out` killed, interrupted, or out of room: resumed, it has the same bits."""
+"""`measure` and `validate` killed, interrupted, or out of room: resumed, the same bits come."""
 
 import json
 import os
@@ -45,12 +45,12 @@ def assert_same(out, unbroken):
 
 def test_killed_and_resumed_has_the_same_bits(tmp_path):
     out, unbroken = tmp_path / "m.nc", tmp_path / "unbroken.nc"
-    words = command(20_000, 30, out)
+    words = command(20_000, 12, out)
     with start(*words) as process:
-        wait_for_pieces(process, out, 8)
+        wait_for_pieces(process, out, 4)
         process.kill()
     assert not out.exists()
-    assert len(pieces(out)) >= 8
+    assert len(pieces(out)) >= 4
     with start(*words) as process:  # says what to do
         _, err = process.communicate(timeout=60)
     assert process.returncode == 2
@@ -58,7 +58,7 @@ def test_killed_and_resumed_has_the_same_bits(tmp_path):
     assert "add --resume" in err
     found = json.loads(finished(*words, "--resume", "--json"))
     assert found["file"] == str(out)
-    finished(*command(20_000, 30, unbroken))
+    finished(*command(20_000, 12, unbroken))
     assert_same(out, unbroken)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.nc", "unbroken.nc"]
 
@@ -84,6 +84,39 @@ def test_killed_at_random_moments_of_run_and_resumption(tmp_path):
         finished(*words, "--resume")
         assert_same(out, unbroken)
     assert max(landed) > 0  # some came in the middle
+
+
+@pytest.mark.long
+def test_validate_killed_ten_times_in_a_row_has_the_same_report(tmp_path):
+    """At random moments of a run, each after the last: the report is that of an unbroken one."""
+    rng = random.Random(5)  # noqa: S311 - moments
+    scene = tmp_path / "scene.toml"
+    scene.write_text("[surface]\ncells = 128\nrealisations = 2\n[light]\ntheta = [0, 60]\n")
+    words = ["validate", scene, "--seed", "3", "--paths", "100000", "--out"]
+    finished(*words, tmp_path / "unbroken")
+    begin = time.monotonic()
+    finished(*words, tmp_path / "unbroken")
+    duration = time.monotonic() - begin
+    killed = []
+    for _ in range(10):
+        more = ["--resume"] if (tmp_path / "killed" / "unfinished").exists() else []
+        with start(*words, tmp_path / "killed", *more) as process:
+            time.sleep(rng.uniform(0.2, 0.95) * duration)
+            killed.append(process.poll() is None)
+            process.kill()
+    finished(*words, tmp_path / "killed", "--resume")
+    assert sum(killed) > 0
+    first, second = (timeless(tmp_path / name / "report.json") for name in ("unbroken", "killed"))
+    assert first == second
+
+
+def timeless(path):
+    """A report without how long its parts took and the command, which names the folder."""
+    report = json.loads(path.read_text())
+    del report["command"]
+    for scene in report["scenes"]:
+        del scene["seconds"], scene["measured"]["tracing_seconds"]
+    return report
 
 
 def test_interrupted_keeps_its_pieces(tmp_path):
