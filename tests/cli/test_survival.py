@@ -10,7 +10,9 @@ import time
 import pytest
 import xarray as xr
 from children import start
+from click.testing import CliRunner
 
+from microsurf.cli.group import cli
 from microsurf.results import datasets
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "64", "--theta", "0,20,40,60")
@@ -27,6 +29,13 @@ def finished(*words):
         out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     return out
+
+
+def done_here(*words):
+    """Standard output of a run that succeeds in this process, which has its imports behind it."""
+    ran = CliRunner().invoke(cli, list(map(str, words)), catch_exceptions=False)
+    assert ran.exit_code == 0, ran.output
+    return ran.stdout
 
 
 def pieces(out):
@@ -56,9 +65,9 @@ def test_killed_and_resumed_has_the_same_bits(tmp_path):
     assert process.returncode == 2
     assert err.count("\n") == 1
     assert "add --resume" in err
-    found = json.loads(finished(*words, "--resume", "--json"))
+    found = json.loads(done_here(*words, "--resume", "--json"))
     assert found["file"] == str(out)
-    finished(*command(20_000, 12, unbroken))
+    done_here(*command(20_000, 12, unbroken))
     assert_same(out, unbroken)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.nc", "unbroken.nc"]
 
@@ -146,9 +155,9 @@ def test_no_room_for_the_result_keeps_its_pieces(tmp_path):
     assert "could not be written" in err
     assert len(pieces(out)) == 8
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc.parts"]
-    finished(*words, "--resume")
+    done_here(*words, "--resume")
     unbroken = tmp_path / "unbroken.nc"
-    finished(*command(20_000, 2, unbroken))
+    done_here(*command(20_000, 2, unbroken))
     assert_same(out, unbroken)
 
 
