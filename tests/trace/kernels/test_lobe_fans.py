@@ -92,7 +92,7 @@ def horizon(heights, x, z, along):
     return slope.max(axis=1)
 
 
-def summed_up(heights, theta, phi, n, *, shadowed=True, count=960, fine=8):
+def summed_up(heights, theta, phi, n, *, shadowed=True, count=960, fine=4):
     """Order-1 body light by ring and sector: sums over points of the profile and directions."""
     period = len(heights)
     x = (np.arange(count) + 0.5) * period / count
