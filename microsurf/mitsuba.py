@@ -1,4 +1,4 @@
-"""The plug-in ``ilstd`` of Mitsuba 3: interfaced-Lambertian facets of STD slopes, order 1.
+"""The plug-in ``ilstd`` of Mitsuba 3: interfaced-Lambertian facets of STD slopes.
 
     import mitsuba as mi, microsurf.mitsuba
     mi.set_variant("llvm_ad_rgb")
@@ -7,14 +7,15 @@
 
 Parameters: ``gamma`` (> 3/2, default 2); ``sigma``, or ``sigma_u`` and ``sigma_v`` (default 0.3);
 ``int_ior`` (relative, default 1.5) and ``diffuse_reflectance`` (texture or spectrum, default
-0.5); or a conductor's ``eta`` and ``k`` instead of both. D and F are closed forms, Λ and the
-body term are tables. ``mi.traverse`` shows gamma, sigma_u, sigma_v and int_ior too, and
-``params.update()`` tabulates anew. Mitsuba is an extra, ``pip install 'microsurf[mitsuba]'``,
-from 3.7 on, whose ``Properties`` and ``traverse`` it calls, to 3.9.
+0.5); or a conductor's ``eta`` and ``k`` instead of both; ``orders``, "1" (default) or "all", which
+adds `later_orders` to the diffuse component, for one sigma and facets with a substrate. D and F
+are closed forms, Λ, the body term and later orders are tables. ``mi.traverse`` shows gamma,
+sigma_u, sigma_v and int_ior too, and ``params.update()`` tabulates anew. Mitsuba is an extra,
+``pip install 'microsurf[mitsuba]'``, from 3.7 on, whose ``Properties`` and ``traverse`` it calls,
+to 3.9.
 """
 
 from importlib import import_module
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,9 @@ from .errors import InputError
 from .model.lookup import shader_facets
 from .model.lookup.pair_table import MOST_THETA
 from .model.lookup.shader_facets import ShaderFacets
+from .model.lookup.shader_lookup import linear
 from .model.lookup.shader_tables import LAMBDA_STEPS, shader_tables
+from .model.random_walk.later_orders import BODIES, POLAR, later_orders
 from .model.single_scattering.facets import Facets
 from .model.user_brdf.mitsuba_bsdf import load
 from .physics import fresnel, visible_normals
@@ -65,6 +68,10 @@ class Ilstd:
             "sigma_v": props.get("sigma_v", sigma),
         }
         self.metal = "eta" in props or "k" in props
+        orders = str(props.get("orders", "1"))
+        if orders not in {"1", "all"}:
+            raise InputError(f'ilstd: orders = {orders}: must be "1" or "all"')
+        self.later = orders == "all"
         if self.metal:
             self.eta = props.get_unbounded_texture("eta", 1.5)
             self.k = props.get_unbounded_texture("k", 0.0)
@@ -91,6 +98,8 @@ class Ilstd:
             raise InputError("ilstd: sigma = 0: must be > 0; smooth facets are `plastic`")
         self.n = 1.5 if self.metal else Material(number["int_ior"]).n
         self.isotropic = roughness.isotropic
+        if self.later and (self.metal or not self.isotropic):
+            raise InputError("ilstd: orders = all: only for one sigma, and not for conductors")
         gamma = min(roughness.gamma, _BECKMANN)
         excess = float(visible_normals.mean_excess(2 * gamma - 2))
         self._facets = ShaderFacets(gamma, sigma, excess)
@@ -111,6 +120,8 @@ class Ilstd:
         if tables.body is not None:
             self._shape = tables.body.values.shape
             self._body = self._held(tables.body.values)
+        if self.later:
+            self._later = self._held(later_orders(self.n, slopes.gamma, slopes.sigma[0]))
 
     def _held(self, values: Any) -> Any:
         flat = np.asarray(values, np.float32).ravel()
@@ -125,20 +136,7 @@ class Ilstd:
         return table[int(index)]
 
     def _linear(self, table: Any, places: list[tuple[Any, int]]) -> Any:
-        """Interpolate a table at ``places``: steps from the first node, and nodes of that axis."""
-        mi = self.mi
-        total = 0.0
-        cells = []
-        for x, nodes in places:
-            low = mi.UInt32(self.dr.clip(x, 0.0, max(nodes - 2, 0)))
-            cells.append((low, self.dr.clip(x - mi.Float(low), 0.0, 1.0), nodes))
-        for corner in product(*((0, 1) if nodes > 1 else (0,) for _, _, nodes in cells)):
-            index, weight = mi.UInt32(0), mi.Float(1.0)
-            for high, (low, part, nodes) in zip(corner, cells, strict=True):
-                index = index * nodes + low + high
-                weight = weight * (part if high else 1 - part)
-            total = total + weight * self._at(table, index)
-        return total
+        return linear(self.mi, self.dr, lambda index: self._at(table, index), places)
 
     def _masked(self, wi: Any, wo: Any) -> Any:
         """G2/cosθ_i of height-correlated masking, without a quotient by either cosine."""
@@ -182,6 +180,19 @@ class Ilstd:
         )  # fmt: skip
         return self._linear(self._body, list(zip(steps, self._shape, strict=True)))
 
+    def _later_orders(self, si: Any, wo: Any, active: Any) -> Any:
+        """f of orders from 2 on."""
+        mi, dr = self.mi, self.dr
+        weight, power, total = self._weight(si, active), mi.Spectrum(1.0), mi.Spectrum(0.0)
+        steps = [dr.safe_acos(w.z) * ((POLAR - 1) * 2 / np.pi) for w in (si.wi, wo)]
+        for body in range(BODIES):
+            one, other = (
+                self._linear(self._later, [(mi.Float(body), BODIES), (x, POLAR)]) for x in steps
+            )
+            total += power * (one * other)
+            power *= weight
+        return total
+
     def _parts(self, ctx: Any) -> tuple[bool, bool]:
         kind = self.mi.BSDFFlags
         return (
@@ -196,6 +207,8 @@ class Ilstd:
             return mi.Float(float(specular))
         mirrored = mi.fresnel(si.wi.z, self.n)[0]
         rest = (1 - mirrored) * self.dr.mean(self._weight(si, active))
+        if self.later:  # about their albedo: any share is right
+            rest += np.pi * self.dr.mean(self._later_orders(si, si.wi, active))
         return mirrored / (mirrored + rest)
 
     def _both(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
@@ -213,6 +226,8 @@ class Ilstd:
             density += share * distribution * visible / (4 * cosine)
         if body:
             value += self._weight(si, active) * (self._unmasked_body(wi, wo) * masked)
+            if self.later:
+                value += self._later_orders(si, wo, active) * wo.z
             density += (1 - share) * wo.z / np.pi
         return value, density
 

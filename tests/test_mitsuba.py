@@ -90,7 +90,7 @@ def test_its_values_are_those_of_predict_on_20_000_pairs(compiled, gamma, sigma)
     assert np.quantile(total, 0.99) <= 0.03
 
 
-def p_value(mi, scene, theta, seed, drawn=1.0):
+def p_value(mi, scene, theta, seed, drawn=1.0, orders="1"):
     """Of Mitsuba's test of `sample` against `pdf`; ``drawn`` times the roughness is sampled."""
     from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain  # noqa: PLC0415
 
@@ -102,6 +102,7 @@ def p_value(mi, scene, theta, seed, drawn=1.0):
             for key, value in given(of).items()
             if key != "type"
         )
+        xml += f'<string name="orders" value="{orders}"/>'
         w = mi.ScalarVector3f(*model.direction(np.radians(theta), 0.5).tolist())
         return BSDFAdapter("ilstd", xml, wi=w)
 
@@ -139,6 +140,43 @@ def test_mitsubas_chi_square_test_passes_everywhere(compiled, judge):
 
 def test_a_roughness_3_per_cent_off_is_rejected(compiled, judge):
     judge.catches(p_value(compiled, METAL, 30, judge.seed(9), drawn=1.03))
+
+
+def reflected(mi, gamma, sigma, theta, orders):
+    """Albedo at Kd = 1, by the midpoint rule over half the hemisphere."""
+    lit = Scene(material=Material(1.5, (1.0,)), roughness=Roughness(gamma, (sigma,)))
+    bsdf = mi.load_dict(given(lit) | {"orders": orders})
+    polar, turn = (np.arange(800) + 0.5) / 800 * np.pi / 2, (np.arange(400) + 0.5) / 400 * np.pi
+    o = model.direction(*np.meshgrid(polar, turn, indexing="ij"))
+    point = mi.SurfaceInteraction3f()
+    point.wi = mi.Vector3f(*model.direction(np.radians(theta), 0.0).tolist())
+    value = bsdf.eval(mi.BSDFContext(), point, mi.Vector3f(*o.reshape(-1, 3).T.astype(np.float32)))
+    rings = np.array(value[0]).reshape(800, 400).sum(axis=1) * np.sin(polar)
+    return rings.sum() * 2 * (np.pi / 2 / 800) * (np.pi / 400)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("gamma", "sigma"), list(product(GAMMAS, (0.3, 0.5))))
+def test_all_orders_lose_nothing_in_a_white_furnace(compiled, gamma, sigma):
+    for theta in THETAS:
+        assert abs(reflected(compiled, gamma, sigma, theta, "all") - 1) < 0.005
+
+
+def test_one_order_loses_light_in_a_white_furnace_and_all_do_not(compiled):
+    assert abs(reflected(compiled, 2.0, 0.5, 60, "all") - 1) < 0.005
+    assert reflected(compiled, 2.0, 0.5, 60, "1") < 0.98
+
+
+def test_all_orders_are_reciprocal_and_drawn_as_they_say(compiled, judge):
+    bsdf = compiled.load_dict(given(SCENE) | {"orders": "all"})
+    i, o = model.direction(np.array([0.3, 1.2]), np.array([0.1, 4.0]))
+    point, context, values = compiled.SurfaceInteraction3f(), compiled.BSDFContext(), []
+    for one, other in ((i, o), (o, i)):
+        point.wi = compiled.Vector3f(*one.tolist())
+        value = bsdf.eval(context, point, compiled.Vector3f(*other.tolist()))
+        values.append(value[0][0] / other[2])
+    np.testing.assert_allclose(*values, rtol=1e-4)
+    judge.keeps([p_value(compiled, SCENE, 60, judge.seed(20), orders="all")])
 
 
 def test_both_kinds_of_variants_give_the_same(compiled):
@@ -184,6 +222,9 @@ def test_flags_components_textures_and_both_sides(scalar):
         ({"sigma_u": -0.1}, "roughness.sigma"),
         ({"int_ior": 0.5}, "material.n"),
         ({"alpha": 0.3}, "alpha"),
+        ({"orders": "2"}, "must be .1. or .all."),
+        ({"orders": "all", "sigma_v": 0.1}, "only for one sigma"),
+        ({"orders": "all", "eta": 0.2, "k": 3.0}, "not for conductors"),
     ],
 )
 def test_what_it_cannot_be_is_refused(scalar, wrong, words):
