@@ -3,9 +3,10 @@
 Residuals of pairs at one incidence share what is wrong with the model there, so one
 incidence is one observation (Quenouille and Tukey's jackknife; Efron and Stein, Annals of
 Statistics 9(3), 1981: its variance is not too small in the mean). Each group of incidences
-is left out in turn and the fit follows from where it was; Student's t with one less degree
-of freedom than there are groups gives 95 %. The pairs left out judge the fit that did not
-see them: that is cross-validation for nothing.
+is left out in turn and the fit follows from where it was; Student's t gives 95 %. Its degrees
+of freedom are not those of the groups: a few steep incidences know γ and σ, so that the
+variance is the sum of few squares and scatters by half. The pairs left out judge the fit that
+did not see them: that is cross-validation for nothing.
 """
 
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...stats.intervals import student
+from ...stats.intervals import dof_of_sum, student
 from .nearby import follow
 from .solve import Question, Solution, evaluate
 
@@ -56,10 +57,20 @@ def resample(question: Question, solution: Solution) -> Resampled:
 
 def half_width(without: Array) -> Array:
     """Half of the 95 % interval of estimates made without each group, along the first axis."""
+    squares = (without - without.mean(axis=0)) ** 2
     groups = len(without)
-    spread = np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    error = np.sqrt(spread * (groups - 1) / groups)
-    return np.asarray(student(groups - 1) * error)
+    error = np.sqrt(squares.sum(axis=0) * (groups - 1) / groups)
+    return np.asarray(np.vectorize(student)(_dof(squares)) * error)
+
+
+def _dof(squares: Array) -> Array:
+    """Degrees of freedom of the sum of squares of normal values of unlike variances v, ≥ 2.
+
+    Satterthwaite's (Σv)²/Σv². The fourth power of a normal value is 3v² in the mean: put
+    for v², the square of each gives a third of that. One is taken off for their mean.
+    """
+    dof = dof_of_sum(squares, np.full(len(squares), 3.0)) - 1
+    return np.asarray(np.minimum(dof, len(squares) - 1))
 
 
 def interval(

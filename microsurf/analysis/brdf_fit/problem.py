@@ -85,7 +85,8 @@ def problem_of(brdf: MeasuredBrdf, *, isotropic: bool = True, cone: Array | None
     Raises
     ------
     InputError
-        If there are fewer than three incidences: intervals come from resampling them.
+        If there are fewer than three incidences, from resampling of which intervals come, or
+        one θ_o only: by reciprocity that is the BRDF of one incidence.
 
     """
     number = incidences(brdf, isotropic=isotropic)
@@ -95,6 +96,11 @@ def problem_of(brdf: MeasuredBrdf, *, isotropic: bool = True, cone: Array | None
         raise InputError(
             f"{brdf.source}: {count} incidence{'s' if count > 1 else ''} only (θ_i = {shown}): "
             f"a fit needs {LEAST_INCIDENCES} or more, of which its intervals come"
+        )
+    if np.ptp(brdf.theta_o) < _SAME_ANGLE:
+        raise InputError(
+            f"{brdf.source}: all pairs are seen at θ_o = {np.degrees(brdf.theta_o[0]):.4g}°: light "
+            "and detector exchanged, that is one incidence, and a fit needs several"
         )
     known = ~np.isnan(brdf.values)
     cosine = np.cos(brdf.theta_o)

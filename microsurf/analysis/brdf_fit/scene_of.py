@@ -6,7 +6,7 @@ from ...errors import InputError
 from ...scene import BECKMANN, Light, Material, Roughness, Scene
 from .fit import BrdfFit
 from .summary import parameters
-from .verdict import FITS, NARROW
+from .verdict import DOES_NOT_FIT, FITS, NARROW
 
 _MOST_ANGLES = 6
 _MOST_THETA = 85.0
@@ -21,11 +21,13 @@ def scene_of(fit: BrdfFit) -> Scene:
     Raises
     ------
     InputError
-        If the lobe was not resolved, or no scene has such a material.
+        If the lobe was not resolved, the fit does not fit, or no scene has such a material.
 
     """
-    if fit.verdict == NARROW:
-        raise InputError(f"{fit.measured.source}: {fit.reason}; no scene follows from it")
+    if fit.verdict in (NARROW, DOES_NOT_FIT):
+        raise InputError(
+            f"{fit.measured.source}: {fit.verdict}: {fit.reason}; no scene follows from it"
+        )
     if fit.material == "lambertian+conductor":
         raise InputError(
             f"material = {fit.material!r}: no scene has a mirror beside a Lambertian; fit "

@@ -136,6 +136,8 @@ def test_what_no_single_interface_sends_does_not_fit():
     assert fit.verdict == "does not fit"
     assert "zone measures" in fit.reason
     assert any(zone.verdict == "departs" for zone in fit.zones)
+    with pytest.raises(InputError, match="does not fit: at θ_i"):
+        scene_of(fit)
 
 
 def test_gamma_at_the_border_is_said():
@@ -167,6 +169,13 @@ def test_bad_options_are_refused(paint, change, words):
 def test_pairs_all_at_one_angle_are_refused():
     with pytest.raises(InputError, match="1 incidence only"):
         fit_brdf(measured(directions(1, 50), np.ones((50, 1))))
+
+
+def test_pairs_all_seen_at_one_angle_are_refused():
+    theta_i, phi_i, theta_o, phi_o = directions(8, 50)
+    angles = theta_i, phi_i, np.full_like(theta_o, 0.5), phi_o
+    with pytest.raises(InputError, match="seen at θ_o = 28"):
+        fit_brdf(measured(angles, np.ones((len(theta_i), 1))))
 
 
 def test_weights_inside_are_the_minimum(paint):
@@ -248,3 +257,10 @@ def test_the_jackknife_of_a_mean_is_its_t_interval():
     without = np.array([np.delete(x, k).mean() for k in range(9)])
     usual = stats.t.ppf(0.975, 8) * x.std(ddof=1) / 3
     assert half_width(without) == pytest.approx(usual, rel=1e-12)
+
+
+def test_a_variance_of_one_square_has_two_degrees_of_freedom():
+    """One of many groups alone moves the fit; n alike have n − 1, as the mean above."""
+    without = np.zeros(4000)
+    without[0] = 1.0
+    assert half_width(without) == pytest.approx(stats.t.ppf(0.975, 2), rel=2e-3)
