@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 LAMBDA_STEPS = 1024
 POLAR, TURNS = 44, 33
-POLAR_OF_FOUR, TURNS_OF_FOUR, AZIMUTHS = 36, 33, 21  # where φ_i matters too
+POLAR_OF_FOUR, TURNS_OF_FOUR, AZIMUTHS = 40, 37, 21  # where φ_i matters too
 
 
 @dataclass(frozen=True)
