@@ -25,7 +25,6 @@ from .kernels.state import (
     BATCHES,
     BEHIND,
     BELOW,
-    ENDS,
     WRAPPED,
     Tallies,
     empty_tallies,
@@ -193,7 +192,7 @@ class _Follower:
         else:
             thinned = paths.events[rows] + 1 >= detector.BODY_EXACT
             left[rows] = ~thinned | (self.rng.random(count) < self.facet.survival)
-        self._lose(~left, ABSORBED, paths=False)
+        self._lose(~left, ABSORBED)
         paths.events[rows] += 1
         sphere = self.rng.standard_normal((count, 3))
         sphere /= np.sqrt((sphere**2).sum(1, keepdims=True))
@@ -222,10 +221,10 @@ class _Follower:
         paths.entries[passes & outside] += 1
         paths.within[passes] = ~paths.within[passes]
 
-    def _lose(self, rows: Flags, cause: int, *, paths: bool = True) -> None:
+    def _lose(self, rows: Flags, cause: int) -> None:
         count = int(rows.sum())
         self.tallies.ended[cause] += count
-        self.tallies.lost[cause] += count if paths or ENDS[cause] == "absorbed" else 0
+        self.tallies.lost[cause] += count
 
 
 def _unit(vectors: Array) -> Array:

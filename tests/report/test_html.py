@@ -259,18 +259,10 @@ def test_the_page_is_written_as_scenes_finish(entries, folder, tmp_path):
     assert (tmp_path / "report.html").read_bytes() == (folder / "report.html").read_bytes()
 
 
-def test_a_report_that_can_not_be_finished_leaves_the_old_page(entries, tmp_path, monkeypatch):
+def test_a_report_that_can_not_be_finished_leaves_the_old_page(entries, tmp_path, no_room_for):
     report.make_folders(tmp_path)
     (tmp_path / "report.html").write_text("old")
-
-    write_bytes = Path.write_bytes
-
-    def full(path, content):
-        if path.suffix == ".png":
-            raise OSError(28, "No space left on device")
-        return write_bytes(path, content)
-
-    monkeypatch.setattr(Path, "write_bytes", full)
+    no_room_for(".png")
     with pytest.raises(MicrosurfError, match="No space left"):
         report.write(entries, tmp_path, 0)
     assert (tmp_path / "report.html").read_text() == "old"

@@ -9,7 +9,6 @@ Figures are ratios of medians over the turns; low and high are the extreme ratio
 Processor time stays comparable on a machine with other work, wall time does not.
 """
 
-import csv
 import statistics
 import time
 from collections.abc import Callable
@@ -19,6 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from microsurf import generate_surface
+from microsurf.cli.save import rounded, save
 from microsurf.physics import facet
 from microsurf.surface import mesh
 from microsurf.trace import engine
@@ -90,15 +90,12 @@ def rows(light: int = LIGHT) -> list[dict[str, object]]:
 def main() -> None:
     """Write the table and print it."""
     found = rows()
+    written = rounded(found, 4)
     OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / "engines.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
-        writer.writeheader()
-        for row in found:
-            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
-    for row in found:
+    save(OUT, {"engines.csv": written})
+    for row, shown in zip(found, written, strict=True):
         verdict = "met" if float(str(row["ratio"])) >= TARGET else "missed"
-        print(*(f"{v:.4g}" if isinstance(v, float) else v for v in row.values()), verdict)  # noqa: T201
+        print(*shown.values(), verdict)  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -23,13 +23,11 @@ from microsurf.analysis.brdf_fit.parameters import Layout
 from microsurf.analysis.brdf_fit.problem import problem_of
 from microsurf.analysis.brdf_fit.solve import Question, solve
 from microsurf.analysis.brdf_fit.summary import parameters
-from microsurf.cli.save import rounded
-from microsurf.files import whole_file
+from microsurf.cli.save import rounded, save
 from microsurf.model.random_walk.common import EVENTS, by_body
 from microsurf.model.single_scattering.brdf import body, specular
 from microsurf.model.single_scattering.facets import Facets
 from microsurf.physics.facet import body_weight
-from microsurf.report.figures.figure import as_csv
 from microsurf.results.measured_brdf.scattered import MeasuredBrdf, unit
 from microsurf.scene import Material, Roughness, Scene
 
@@ -117,8 +115,7 @@ def main() -> None:
         drawn = [once(kept / f"{k}.json", partial(fits, pairs, k)) for k in range(options.draws)]
         table.extend(rows(pairs, drawn))
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(options.out) as temporary:
-        temporary.write_text(as_csv(rounded(table, 3)), encoding="utf-8", newline="\n")
+    save(options.out.parent, {options.out.name: rounded(table, 3)})
 
 
 if __name__ == "__main__":

@@ -25,10 +25,9 @@ from microsurf import measure, model
 from microsurf.analysis.brdf_fit.fit import BrdfFit, fit_brdf
 from microsurf.analysis.brdf_fit.scene_of import scene_of
 from microsurf.analysis.fitted_theory import fitted_scene, turn_of, turned
-from microsurf.cli.save import rounded
-from microsurf.files import whole_file
+from microsurf.cli.save import rounded, save
 from microsurf.report.figures import lobes
-from microsurf.report.figures.figure import as_csv, write
+from microsurf.report.figures.figure import DPI
 from microsurf.report.figures.style import BLUE, GREY, VERMILION, clean, new_figure, own_style
 from microsurf.results import datasets
 from microsurf.results.measured_brdf import read_brdf
@@ -180,10 +179,7 @@ def main() -> None:
         one.legend(fontsize=7)
         clean(one)
     OUT.mkdir(parents=True, exist_ok=True)
-    with whole_file(OUT / "circle.png") as temporary:
-        write(figure, temporary)
-    with whole_file(OUT / "relief.csv") as temporary:
-        temporary.write_text(as_csv(rounded(relief, 4)), encoding="utf-8", newline="\n")
+    save(OUT, {"circle.png": figure, "relief.csv": rounded(relief, 4)}, DPI)
     sys.stdout.write(f"{of_slopes}\n{of_paint}\n")
 
 

@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microsurf.cli.save import rounded
-from microsurf.files import whole_file
-from microsurf.report.figures.figure import as_csv
+from microsurf.cli.save import rounded, save
 from microsurf.surface import Heightfield, fit_std
 from microsurf.surface.structures import impose
 
@@ -130,9 +128,7 @@ def main() -> None:
         for row in once(kept / f"{number}.json", partial(fits, number, options.cells))
     ]
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(options.out) as temporary:
-        text = as_csv(rounded(rows(drawn), 3))
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+    save(options.out.parent, {options.out.name: rounded(rows(drawn), 3)})
 
 
 if __name__ == "__main__":

@@ -19,10 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, stats
 
-from microsurf.cli.save import rounded
+from microsurf.cli.save import rounded, save
 from microsurf.errors import InputError
-from microsurf.files import whole_file
-from microsurf.report.figures.figure import as_csv
 from microsurf.surface import Heightfield, fit_std, from_array, generate_surface, level
 
 from ..checkpoint import LATEST, once
@@ -197,9 +195,7 @@ def main() -> None:
         for number in range(asked.count)
     ]
     asked.out.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(asked.out) as temporary:
-        text = as_csv(rounded(rows(drawn), 3))
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+    save(asked.out.parent, {asked.out.name: rounded(rows(drawn), 3)})
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import numpy as np
 from markupsafe import Markup
 
 from microsurf import generate_surface
-from microsurf.files import whole_file
+from microsurf.cli.save import save
 from microsurf.model import MODELS
 
 from .traced import OUT
@@ -87,8 +87,7 @@ def page() -> str:
 
 def main() -> None:
     """Write the page."""
-    with whole_file(OUT / "explorer.html") as temporary:
-        temporary.write_text(page(), encoding="utf-8", newline="\n")
+    save(OUT, {"explorer.html": page()})
 
 
 if __name__ == "__main__":

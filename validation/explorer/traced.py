@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from microsurf import measure
-from microsurf.files import whole_file
+from microsurf.cli.save import save
 from microsurf.results import datasets, detector
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.stats import intervals
@@ -93,9 +93,8 @@ def main() -> None:
         "sets": sets(),
     }
     OUT.mkdir(parents=True, exist_ok=True)
-    with whole_file(OUT / "traced.json") as temporary:
-        text = json.dumps(content, separators=(",", ":")).replace('{"gamma', '\n{"gamma')
-        temporary.write_text(text + "\n", encoding="utf-8", newline="\n")
+    text = json.dumps(content, separators=(",", ":")).replace('{"gamma', '\n{"gamma')
+    save(OUT, {"traced.json": text + "\n"})
 
 
 def in_plane_angles() -> list[float]:

@@ -16,13 +16,12 @@ differ by as many of float32's, see `agreement`. The *control* moves one vertex 
 hundred by a hundredth of a cell: the exact engine must then differ by more.
 """
 
-import csv
-
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from microsurf import generate_surface
+from microsurf.cli.save import save
 from microsurf.stability import first_hit
 from microsurf.surface.heightfield import mesh
 from microsurf.trace.grid import MARGIN, Grid, from_heights, triangles
@@ -134,10 +133,7 @@ def main() -> int:
     """Write the table; 1 if the engine differs beyond ties, or the control does not."""
     found = rows()
     OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / "first_hits.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(found)
+    save(OUT, {"first_hits.csv": found})
     for row in found:
         print(*row.values(), "BROKEN" * broken(row))  # noqa: T201
     return int(any(broken(row) for row in found))

@@ -14,9 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from microsurf import mitsuba
-from microsurf.files import whole_file
+from microsurf.cli.save import save
 from microsurf.model.user_brdf.mitsuba_bsdf import load
-from microsurf.report.figures.figure import write
 from microsurf.report.figures.style import new_figure, own_style
 
 from .run import OUT
@@ -100,8 +99,7 @@ def main() -> None:
             f"{name}: {spent:.1f} s of processor time, mean {pictures[name].mean():.4f}\n"
         )
     OUT.mkdir(parents=True, exist_ok=True)
-    with whole_file(OUT / "rendered.png") as temporary:
-        write(side_by_side(pictures), temporary, dpi=110)
+    save(OUT, {"rendered.png": side_by_side(pictures)}, dpi=110)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,8 @@ Six minutes on one core; wants the extra ``mitsuba``.
 import sys
 from pathlib import Path
 
-from microsurf.cli.save import rounded
-from microsurf.files import whole_file
-from microsurf.report.figures.figure import as_csv, write
+from microsurf.cli.save import Content, rounded, save
+from microsurf.report.figures.figure import DPI
 
 from . import study
 from .figure import errors_and_light
@@ -26,13 +25,14 @@ def main() -> None:
     predicted = study.predictions()
     table = [row for seed in SEEDS for row in study.rows(predicted, seed)]
     OUT.mkdir(parents=True, exist_ok=True)
-    with whole_file(OUT / "mitsuba.csv") as temporary:
-        temporary.write_text(as_csv(rounded(table, 4)), encoding="utf-8", newline="\n")
-    with whole_file(OUT / "mitsuba.md") as temporary:
-        temporary.write_text(page(table), encoding="utf-8", newline="\n")
-    with whole_file(OUT / "mitsuba.png") as temporary:
-        write(errors_and_light([row for row in table if row["seed"] == SEEDS[0]]), temporary)
-    sys.stdout.write(page(table))
+    text = page(table)
+    contents: dict[str, Content] = {
+        "mitsuba.csv": rounded(table, 4),
+        "mitsuba.md": text,
+        "mitsuba.png": errors_and_light([row for row in table if row["seed"] == SEEDS[0]]),
+    }
+    save(OUT, contents, DPI)
+    sys.stdout.write(text)
 
 
 if __name__ == "__main__":

@@ -84,13 +84,13 @@ def _shown(value: Any) -> str:
 
 @cache
 def _bridge(name: str, written: str) -> Bridge:
-    mi = load()
+    mi, parameters = load(), json.loads(written)
     with scalar():
-        if json.loads(written)["type"] in _OURS:
+        if parameters["type"] in _OURS:
             # Plug-ins stand right of models: they are registered when one is named.
-            import_module(_OURS[json.loads(written)["type"]]).register()
+            import_module(_OURS[parameters["type"]]).register()
         try:
-            bsdf = mi.load_dict(json.loads(written))
+            bsdf = mi.load_dict(parameters)
         except Exception as error:
             # Its text has places in Mitsuba's sources, and several lines.
             text = " ".join(re.sub(r"\[\w+\.\w+:\d+\] ", "", str(error)).split())

@@ -3,7 +3,6 @@
 import csv
 import io
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -84,17 +83,10 @@ def test_a_picture_without_numbers_is_refused():
         made(rows=[])
 
 
-def test_all_or_nothing(tmp_path, monkeypatch):
+def test_all_or_nothing(tmp_path, no_room_for):
     save(made(), tmp_path)
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
-    write_bytes = Path.write_bytes
-
-    def full(path, content):
-        if path.suffix == ".csv":
-            raise OSError(28, "No space left on device")
-        return write_bytes(path, content)
-
-    monkeypatch.setattr(Path, "write_bytes", full)
+    no_room_for(".csv")
     other = made(rows=[{"x": 9}])
     other.figure.axes[0].set_title("other")
     with pytest.raises(MicrosurfError, match="No space left"):
