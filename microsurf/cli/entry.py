@@ -7,6 +7,9 @@ import sys
 
 def main() -> None:
     """Run the command line with its exit codes: every error is one line on stderr."""
+    # numpy's matrices are small here, and a product that waits for a second thread of its own
+    # took up to 50 ms instead of 0.1 where cores are busy with rays. Read as numpy is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Libraries swallow or misreport a Ctrl-C that meets them while they load: nothing
     # has begun yet, so it ends the process here. Whoever ignores it goes on ignoring it.
     usual = signal.getsignal(signal.SIGINT)

@@ -836,3 +836,22 @@ def test_walks_answer_with_all_orders_and_an_error(run, name):
         run("predict", *roughness, "--model", name.removesuffix("-walk"), "--json").out
     )
     assert abs(found["albedo_by_order"][0] - first["albedo"]) < 0.02
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are counted by Linux")
+@pytest.mark.parametrize(("given", "alone"), [({}, True), ({"OPENBLAS_NUM_THREADS": "2"}, False)])
+def test_numpy_multiplies_in_one_thread_but_for_a_user_who_says_otherwise(given, alone):
+    """A second one of numpy's own waits for cores that rays keep busy."""
+    code = (
+        "import os, sys; sys.argv[1:] = ['--version']; from microsurf.cli import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "import numpy; numpy.ones((500, 500)) @ numpy.ones((500, 500))\n"
+        "print(len(os.listdir('/proc/self/task')))"
+    )
+    if len(os.sched_getaffinity(0)) < 2:
+        pytest.skip("one core has one thread")
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"} | given
+    ran = subprocess.run(  # noqa: S603 - our own
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    assert (int(ran.stdout.split()[-1]) == 1) == alone
