@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..files import check_writable
 from ..results import albedos, datasets
 from ..scene import Scene
-from ..scene.layers import refuse
+from ..scene.layers import refuse, required
 from .models import ListsModels, ModelKey
 from .options import (
     INPUT,
@@ -62,7 +62,7 @@ def predict_command(
     if name != "flat":
         check_described(scene_file, given)
     scene = compose(scene_file, **given)
-    refuse(scene.layers, f"the model {name}")
+    _check_layers(scene, name)
     if scene.surface.file is not None and given["sigma"] is None and name != "flat":
         raise InputError(
             f"{scene_file}: its surface is {scene.surface.file}, of unknown roughness; give "
@@ -84,7 +84,8 @@ def predict_command(
         check_ending(out, ".nc")
         check_writable(out)
     begin = time.perf_counter()
-    if name in model.all_orders():
+    walked = model.MODELS[name].walk is not None
+    if walked:
         predicted = model.walk(scene, name, seed=seed, progress=True)
     else:
         predicted = model.predict(scene, name)
@@ -92,13 +93,20 @@ def predict_command(
     values = {
         "model": name,
         **albedos.figures(predicted),
-        "lost": albedos.losses(predicted)["lost"] if name in model.all_orders() else 0.0,
+        "lost": albedos.losses(predicted)["lost"] if walked else 0.0,
         "seconds": seconds,
     }
     if out is not None:
         datasets.save(predicted, out)
         values["file"] = str(out)
     show(values, as_json)
+
+
+def _check_layers(scene: Scene, name: str) -> None:
+    if model.MODELS[name].layered:
+        required(scene.layers, f"the model {name}")
+    else:
+        refuse(scene.layers, f"the model {name}")
 
 
 _COLUMNS = ("theta_i", "phi_i", "theta_o", "phi_o")

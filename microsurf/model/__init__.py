@@ -11,7 +11,7 @@ from .csv_columns import read_columns
 from .directions import direction
 from .random_walk.evaluate import evaluate_walk
 from .random_walk.simulate import walk
-from .registry import MODELS, Model, Walk, all_orders, order_one
+from .registry import MODELS, Model, Walk, all_orders, of_layers, order_one
 from .single_scattering.facets import Masking
 from .single_scattering.first_order import evaluate, predict
 from .user_brdf.brdf import UserBrdf, examine, has_values
@@ -34,6 +34,7 @@ __all__ = [
     "from_mitsuba",
     "has_values",
     "load_user_brdf",
+    "of_layers",
     "order_one",
     "predict",
     "predict_user_brdf",

@@ -14,7 +14,7 @@ from .directions import checked
 from .random_walk.evaluate import evaluate_walk
 from .random_walk.parameters import slope_parameters, stream, walk_facet
 from .random_walk.simulate import MOST_EVENTS
-from .registry import MODELS, entry_of, walk_of
+from .registry import MODELS, all_orders, entry_of, order_one, walk_of
 from .single_scattering import importance
 from .single_scattering.first_order import evaluate
 
@@ -42,7 +42,8 @@ class Brdf:
     scene : Scene
         With one Kd; its light and surface are not used.
     model : str
-        Any of `model.registry`: of order 1, exact up to quadrature, or of all orders, random.
+        Any of one surface in `model.registry`: of order 1, exact up to quadrature, or of all
+        orders, random.
     walks : int
         Walks for each pair of directions in `evaluate`, ≥ 2; of models of all orders only.
 
@@ -58,7 +59,7 @@ class Brdf:
     walks: int = 64
 
     def __post_init__(self) -> None:
-        entry_of(self.model, MODELS)
+        entry_of(self.model, (*order_one(), *all_orders()))
         if len(self.scene.material.kd) > 1:
             raise InputError(f"material.kd = {list(self.scene.material.kd)}: must be one number")
 

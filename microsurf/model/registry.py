@@ -12,6 +12,7 @@ from typing import Any
 from ..errors import InputError
 from ..physics import smith, smith_fit
 from ..scene import Citation
+from .random_walk.layered_kernels import layered_walk
 from .random_walk.smith_kernels import smith_next_event, smith_walk
 from .random_walk.vcavity_kernels import mirrors, vcavity_next_event, vcavity_walk
 from .single_scattering.body_closed_form import APPROXIMATE
@@ -30,7 +31,7 @@ class Walk:
     """
 
     simulate: Callable[..., Any]
-    next_event: Callable[..., Any]
+    next_event: Callable[..., Any] | None = None
     mirrors: Callable[..., Any] | None = None
 
 
@@ -55,6 +56,8 @@ class Model:
         How the facets of order 1 hide one another; None for walks and the flat interface.
     walk : Walk or None
         Its kernels, if it is of all orders.
+    layered : bool
+        Whether it is of two layers, and of scenes with [layers] alone.
     compared : bool
         Whether `validate` predicts every scene by it. Verdicts are about the first such entry of
         order 1, and the total about the first of all orders.
@@ -70,6 +73,7 @@ class Model:
     colour: str
     masking: Masking | None = None
     walk: Walk | None = None
+    layered: bool = False
     compared: bool = False
 
     @property
@@ -133,19 +137,32 @@ MODELS: dict[str, Model] = {
             ("torrance1967", "lam2015"), "--", ">", "purple",
             walk=Walk(vcavity_walk, vcavity_next_event, mirrors),
         ),
+        Model(
+            "layered-walk", "layered walk",
+            "a random walk in two layers that know nothing of each other, of scenes with [layers]",
+            ("smith1967", "heitz2014", "heitz2016", "guo2018"), "-", "d", "green",
+            walk=Walk(layered_walk), layered=True,
+        ),
     )
 }  # fmt: skip
 """In the order of help and figures."""
 
 
 def order_one() -> tuple[str, ...]:
-    """Keys of the models of order 1."""
+    """Keys of the models of order 1 of one surface."""
     return tuple(key for key, entry in MODELS.items() if entry.walk is None)
 
 
 def all_orders() -> tuple[str, ...]:
-    """Keys of the models of all orders: random walks."""
-    return tuple(key for key, entry in MODELS.items() if entry.walk is not None)
+    """Keys of the models of all orders of one surface: random walks."""
+    return tuple(
+        key for key, entry in MODELS.items() if entry.walk is not None and not entry.layered
+    )
+
+
+def of_layers() -> tuple[str, ...]:
+    """Keys of the models of two layers."""
+    return tuple(key for key, entry in MODELS.items() if entry.layered)
 
 
 def compared(keys: Iterable[str]) -> tuple[str, ...]:
@@ -169,7 +186,7 @@ def entry_of(key: str, among: Iterable[str], argument: str = "model") -> Model:
 
 
 def walk_of(key: str, argument: str = "kind") -> Walk:
-    """Kernels of a model of all orders.
+    """Kernels of a model of all orders, of one surface or of two layers.
 
     Raises
     ------
@@ -177,6 +194,6 @@ def walk_of(key: str, argument: str = "kind") -> Walk:
         If the key is none of one.
 
     """
-    result = entry_of(key, all_orders(), argument).walk
+    result = entry_of(key, (*all_orders(), *of_layers()), argument).walk
     assert result is not None  # noqa: S101 - by all_orders; for the type checker
     return result

@@ -74,6 +74,11 @@ REFERENCES = (
         "random walk of all orders", "10.1145/2897824.2925943",
     ),
     Citation(
+        "guo2018", "article", ("Yu Guo", "Miloš Hašan", "Shuang Zhao"),
+        "Position-Free Monte Carlo Simulation for Arbitrary Layered BSDFs", _TOG, "37(6)", 2018,
+        "layers that know nothing of each other", "10.1145/3272127.3275053",
+    ),
+    Citation(
         "walter2007", "inproceedings",
         ("Bruce Walter", "Stephen R. Marschner", "Hongsong Li", "Kenneth E. Torrance"),
         "Microfacet Models for Refraction through Rough Surfaces",

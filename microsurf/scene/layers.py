@@ -130,6 +130,15 @@ def refuse(layers: Layers | None, what: str) -> None:
         )
 
 
+def required(layers: Layers | None, what: str) -> Layers:
+    """Two layers, for ``what`` knows nothing else; raise InputError if a scene has none."""
+    if layers is None:
+        raise InputError(
+            f"{what}: is of two layers; give the scene [layers], or take a model of one surface"
+        )
+    return layers
+
+
 def check(layers: Layers, material: Any, surface: Any, effects: Any, accuracy: Any) -> None:
     """Refuse what does not go with two layers.
 

@@ -64,6 +64,8 @@ def evaluate_walk(
     """
     kd, rough = scene.material.kd, scene.roughness
     model = walk_of(kind)
+    if model.next_event is None:
+        raise InputError(f"kind = {kind!r}: predicts bins only, not pairs of directions")
     if len(kd) > 1:
         raise InputError(f"material.kd = {list(kd)}: must be one number to evaluate directions")
     if not scene.requires.roughness:

@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...physics import fresnel, smith, visible_normals
 from ...physics.facet import body_weight
 from ...scene import Scene
+from ...scene.layers import required
 
 _NODES = 2049  # of the table of Λ
 
@@ -32,6 +34,20 @@ class WalkFacet(NamedTuple):
     substrate: bool
     survival: float  # weight of a body event: of long paths only so many are followed
     escape: float  # 1 − r_e
+
+
+class LayeredSlopes(NamedTuple):
+    """Slopes of an interface and of the substrate under it; a plane has scales of 0."""
+
+    interface: SlopeParameters
+    substrate: SlopeParameters
+
+
+class LayeredFacets(NamedTuple):
+    """Facets of an interface, which absorbs nothing, and of a Lambertian substrate."""
+
+    interface: WalkFacet
+    substrate: WalkFacet
 
 
 def slope_parameters(gamma: float, sigma_x: float, sigma_y: float) -> SlopeParameters:
@@ -75,6 +91,49 @@ def walk_facet(scene: Scene, kd: float) -> WalkFacet:
         substrate,
         weight,
         float(fresnel.external_diffuse_transmittance(n)) if substrate else 1.0,
+    )
+
+
+def layered_slopes(scene: Scene) -> LayeredSlopes:
+    """Slopes of both layers of a scene that has two.
+
+    Raises
+    ------
+    InputError
+        If those of the substrate are not known.
+
+    """
+    rough = scene.roughness
+    return LayeredSlopes(
+        slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y),
+        slope_parameters(*_substrate_slopes(scene)),
+    )
+
+
+def _substrate_slopes(scene: Scene) -> tuple[float, float, float]:
+    """γ, σ_x and σ_y of the substrate; heights that are scaled have slopes that are."""
+    rough, substrate = scene.roughness, required(scene.layers, "the substrate's slopes").substrate
+    if substrate.file is not None:
+        raise InputError(
+            f"layers.substrate.file = {substrate.file}: is of unknown roughness; give its gamma "
+            "and sigma instead"
+        )
+    if substrate.shape == "flat":
+        return rough.gamma, 0.0, 0.0
+    if substrate.gamma is not None and substrate.sigma is not None:
+        return substrate.gamma, substrate.sigma[0], substrate.sigma[-1]
+    if substrate.sigma is None:
+        return rough.gamma, rough.sigma_x, rough.sigma_y
+    factor = substrate.sigma[0] / rough.sigma_x if rough.sigma_x > 0 else 0.0
+    return rough.gamma, factor * rough.sigma_x, factor * rough.sigma_y
+
+
+def layered_facets(scene: Scene) -> LayeredFacets:
+    """Facets of both layers; long paths are thinned as the greatest Kd would do."""
+    n, kd = scene.material.n, max(scene.material.kd)
+    return LayeredFacets(
+        WalkFacet(n, 0.0, 1.0, scene.requires.interface, False, 1.0, 1.0),
+        WalkFacet(1.0, 0.0, 1.0, False, scene.requires.substrate, kd, 1.0),
     )
 
 

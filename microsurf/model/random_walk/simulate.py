@@ -1,12 +1,13 @@
 """Multiple scattering by random walks: `walk`.
 
-Among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016) or between both
-facets of a V-cavity, see `model.registry`. No walk has a cap on its events.
+Among facets of independent heights (Heitz et al., ACM TOG 35(4), 2016), between both
+facets of a V-cavity, or in two layers, see `model.registry`. No walk has a cap on its events.
 """
 
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,14 +17,25 @@ from tqdm import tqdm
 from ... import memory, seeds
 from ...errors import InputError
 from ...results import detector
+from ...results.layers import with_substrate_events
 from ...scene import Scene
-from ...scene.layers import refuse
+from ...scene.layers import refuse, required
 from ..directions import direction
 from ..prediction import Attributes, prediction
-from ..registry import walk_of
+from ..registry import MODELS, walk_of
 from ..single_scattering import flat
-from .parameters import WalkFacet, slope_parameters, stream, walk_facet
-from .tally import CAUSES, WalkTally, tally_walks
+from .parameters import (
+    LayeredFacets,
+    LayeredSlopes,
+    SlopeParameters,
+    WalkFacet,
+    layered_facets,
+    layered_slopes,
+    slope_parameters,
+    stream,
+    walk_facet,
+)
+from .tally import CAUSES, WalkTally, tally_layered, tally_walks
 
 Array = NDArray[np.float64]
 
@@ -71,11 +83,16 @@ def walk(
     Raises
     ------
     InputError
-        If the kind is unknown, ``walks`` is not positive, or the scene has two layers.
+        If the kind is unknown, ``walks`` is not positive, or the scene has two layers and
+        the kind one surface, or the other way round.
 
     """
-    refuse(scene.layers, f"the model {kind}")
     run = walk_of(kind).simulate
+    layered = MODELS[kind].layered
+    if layered:
+        required(scene.layers, f"the model {kind}")
+    else:
+        refuse(scene.layers, f"the model {kind}")
     walks = scene.accuracy.paths if walks is None else walks
     if walks < 1:
         raise InputError(f"walks = {walks}: must be 1 or more")
@@ -83,9 +100,7 @@ def walk(
     if not scene.requires.roughness:
         return _flat(scene, kind, begin)
     workers = workers or memory.cores()
-    rough = scene.roughness
-    parameters = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
-    facet = walk_facet(scene, max(scene.material.kd))
+    arguments = _of_layers(scene) if layered else _of_one_surface(scene)
     angles = list(product(scene.light.theta, scene.light.phi))
     count = -(-walks // CHUNK)
     sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
@@ -95,12 +110,16 @@ def walk(
         rng = seeds.generator(seed, seeds.WALKS, a, k)
         theta, phi = angles[a]
         i = direction(np.radians(theta), np.radians(phi))
-        exits, events = np.zeros((sizes[k], 3)), np.zeros((sizes[k], 2), np.int64)
-        run(exits, events, most, i, parameters, facet, stream(rng))
+        exits, events = arguments.paths(sizes[k])
+        run(exits, events, most, i, arguments.slopes, arguments.facets, stream(rng))
+        if scene.layers is not None:
+            return tally_layered(exits, events, phi, scene.layers, rng)
         return tally_walks(exits, events, phi, single=not scene.requires.multiple_scattering)
 
-    nobody = np.zeros((0, 3)), np.zeros((0, 2), np.int64)
-    run(*nobody, 1, np.zeros(3), parameters, facet, stream(np.random.default_rng(0)))
+    run(
+        *arguments.paths(0), 1, np.zeros(3), arguments.slopes, arguments.facets,
+        stream(np.random.default_rng(0)),
+    )  # fmt: skip
     begin = time.perf_counter()  # after compilation
     bar = tqdm(
         total=len(angles) * walks / 1e6,
@@ -122,7 +141,35 @@ def walk(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     seconds = time.perf_counter() - begin
-    return to_dataset(scene, kind, totals, facet, {"seed": seed, "seconds": seconds})
+    attrs: Attributes = {"seed": seed, "seconds": seconds}
+    walked = to_dataset(scene, kind, totals, arguments.weighed, attrs)
+    return with_substrate_events(walked) if layered else walked
+
+
+class _Arguments(NamedTuple):
+    """What the kernel of a walk is given, the facet whose events weigh, and columns of paths."""
+
+    slopes: SlopeParameters | LayeredSlopes
+    facets: WalkFacet | LayeredFacets
+    weighed: WalkFacet
+    columns: tuple[int, int]
+
+    def paths(self, count: int) -> tuple[Array, NDArray[np.int64]]:
+        """Exits and events that are not filled yet."""
+        exits, events = self.columns
+        return np.zeros((count, exits)), np.zeros((count, events), np.int64)
+
+
+def _of_one_surface(scene: Scene) -> _Arguments:
+    rough = scene.roughness
+    slopes = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
+    facet = walk_facet(scene, max(scene.material.kd))
+    return _Arguments(slopes, facet, facet, (3, 2))
+
+
+def _of_layers(scene: Scene) -> _Arguments:
+    facets = layered_facets(scene)
+    return _Arguments(layered_slopes(scene), facets, facets.substrate, (4, 5))
 
 
 def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:

@@ -1,12 +1,13 @@
 """Count where walks left to: the detector's bins of `microsurf.results.datasets`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...results import detector
+from ...scene import Layers
 from .facet_kernels import ABSORBED
 
 Array = NDArray[np.float64]
@@ -88,3 +89,32 @@ def tally_walks(
     counts = np.bincount(code, minlength=size)
     counts = np.pad(counts, (0, -len(counts) % size)).reshape(shape)
     return WalkTally(counts, ended, paths, total)
+
+
+def tally_layered(
+    exits: Array,
+    events: NDArray[np.int64],
+    phi_i: float,
+    layers: Layers,
+    rng: np.random.Generator,
+) -> WalkTally:
+    """Count walks in two layers by bin; those that the layer absorbs on their way out end there.
+
+    Parameters
+    ----------
+    exits, events : array
+        As `layered_kernels.layered_walk` fills them. Events are changed: absorbed light has none.
+    phi_i : float
+        Azimuth of incidence in degrees.
+    layers : Layers
+        Its gap and absorption: exp(−absorption · gap · length) of the light is left.
+    rng : numpy.random.Generator
+        Draws which.
+
+    """
+    if layers.absorption > 0:
+        thickness = layers.absorption * layers.gap * exits[:, 3]
+        taken = (events[:, 1] >= 0) & (rng.random(len(exits)) >= np.exp(-thickness))
+        events[taken, 1] = ABSORBED
+    tally = tally_walks(exits[:, :3], events[:, :2], phi_i, single=False)
+    return replace(tally, events=int(events[:, 4].sum()))
