@@ -52,8 +52,10 @@ explorer: $(READY)
 	$(BIN)/python -m validation.explorer.page
 
 # Both engines against a walk over the grid in float64: first hits; Embree: facets, albedos, leaks.
+# And against each other: albedos.
 gridwalk: $(READY)
 	$(BIN)/python -m validation.gridwalk.first_hits
+	$(BIN)/python -m validation.gridwalk.engine_albedos
 	$(BIN)/python -m validation.gridwalk.check
 	$(BIN)/python -m validation.gridwalk.leaks
 
@@ -68,11 +70,12 @@ renderers: $(READY)
 	$(BIN)/python -m validation.renderers.run
 	$(BIN)/python -m validation.renderers.picture
 
-# Wants a quiet machine and LLVM 19, see validation/mitsuba/renderer.py.
+# Wants LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[peers]"
 	$(BIN)/python -m validation.bench.engines
 	$(BIN)/python -m validation.bench.run
+	$(BIN)/python -m validation.bench.time_to_error
 	$(BIN)/python -m validation.bench.effects
 
 # Wheel and sdist; the wheel tried where nothing else is, by the Pythons named in PYTHONS.

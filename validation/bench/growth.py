@@ -41,7 +41,7 @@ def _grow(pipe: Connection, cells: int, paths: int) -> None:
     pipe.send(
         Size(
             cells,
-            1e6 * turn.seconds / turn.paths,
+            1e6 * turn.wall_seconds / turn.paths,
             made - begin,
             time.perf_counter() - begin,
             (peak_bytes() - baseline) / cells**2,
@@ -73,7 +73,7 @@ def with_threads(cells: int, paths: int, turns: int) -> dict[int, float]:
         for count in counts:
             # A work item or two must not decide: each thread has at least eight.
             one = Ours(surface, SIGMA, count).turn(THETA, paths * max(counts), turn)
-            speeds[count].append(one.paths / one.seconds)
+            speeds[count].append(one.paths / one.wall_seconds)
     return {c: statistics.median(s) / statistics.median(speeds[1]) for c, s in speeds.items()}
 
 

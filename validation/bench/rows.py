@@ -38,7 +38,7 @@ class Row:
 
 
 def of_ratio(
-    case: str, theta: float, quantity: str, found: Ratio | None, target: float
+    case: str, theta: float, quantity: str, found: Ratio | None, target: float | None
 ) -> list[Row]:
     """Return the row of an efficiency, none if it was too dim to judge."""
     if found is None:

@@ -26,6 +26,10 @@ from ..mitsuba import renderer
 Array = NDArray[np.float64]
 
 N, KD = 1.5, 0.8
+EXACT, EMBREE, MITSUBA = "exact", "embree", "mitsuba"
+"""Who takes part; "exact-fixed" and "embree-fixed" have their light from φ = 0."""
+RIVALS = {EMBREE: "our Embree engine", MITSUBA: "Mitsuba"}
+"""Whom the exact engine is compared with, as tables call them."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +54,17 @@ class Batch:
 
 @dataclass(frozen=True)
 class Turn:
-    """One turn: light rays, the paths they became, seconds of their tracing, light lost in rays."""
+    """One turn: light rays, the paths they became, light lost in rays, and what it took.
+
+    ``seconds`` are the processor's, of all threads together: they hardly change when the machine
+    has other work. ``wall_seconds`` are the clock's, which only threads are judged by.
+    """
 
     light_rays: int
     paths: int
     seconds: float
     lost: float
-    embree_ratio: float | None = None
+    wall_seconds: float
 
 
 class Side(Protocol):
@@ -74,6 +82,7 @@ class Ours:
 
     On an isotropic scene it may turn the light about the surface from path to path;
     ``fixed`` calls the scene anisotropic by a hair, so that light comes from φ = 0.
+    ``engine`` is one of `scene.engines`.
     """
 
     def __init__(
@@ -82,13 +91,14 @@ class Ours:
         sigma: float,
         workers: int | None = None,
         *,
+        engine: str = "exact",
         fixed: bool = False,
     ) -> None:
         from microsurf import measure  # noqa: PLC0415 - theirs must not pay
         from microsurf.results import albedos, datasets  # noqa: PLC0415 - theirs must not pay
 
         self._measure, self._datasets, self._albedos = measure, datasets, albedos
-        self._surface, self._workers = surface, workers
+        self._surface, self._workers, self._engine = surface, workers, engine
         self._sigma = (sigma, sigma * (1 + 1e-6)) if fixed else (sigma,)
 
     def _run(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Any:
@@ -96,20 +106,22 @@ class Ours:
             material=Material(n=N, kd=(kd,)),
             roughness=Roughness(sigma=self._sigma),
             light=Light(theta=thetas),
-            accuracy=Accuracy(paths=paths),
+            accuracy=Accuracy(paths=paths, engine=self._engine),
         )
         return self._measure(scene, [self._surface], seed=seed, workers=self._workers)
 
     def turn(self, theta: float, paths: int, seed: int, variant: str = "") -> Turn:  # noqa: ARG002
         """See `Side`."""
+        begin = time.process_time()
         found = self._run((theta,), KD, paths, seed)
+        seconds = time.process_time() - begin
         rays = float(found.light_rays.sum())
         return Turn(
             light_rays=round(rays),
             paths=round(float(found.paths.sum())),
-            seconds=float(found.attrs["seconds"]),
+            seconds=seconds,
             lost=rays * float(self._albedos.lost_light(found).mean()),
-            embree_ratio=float(found.attrs["embree_ratio"]),
+            wall_seconds=float(found.attrs["seconds"]),
         )
 
     def batch(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Batch:
@@ -149,12 +161,13 @@ class Theirs:
             tile.trace(theta, launch, 0, ordered=ordered)
             self._seen.add(variant)
         lost = 0
-        begin = time.perf_counter()
+        begin = time.perf_counter(), time.process_time()
         for k in range(paths // launch):
             traced = tile.trace(theta, launch, 1_000 * seed + k, ordered=ordered)
             lost += sum(traced.lost.values())
         traced_paths = paths // launch * launch
-        return Turn(traced_paths, traced_paths, time.perf_counter() - begin, lost)
+        wall, processor = time.perf_counter() - begin[0], time.process_time() - begin[1]
+        return Turn(traced_paths, traced_paths, processor, lost, wall)
 
     def batch(self, thetas: tuple[float, ...], kd: float, paths: int, seed: int) -> Batch:
         """See `Side`."""
@@ -176,9 +189,10 @@ def peak_bytes() -> int:
 
 
 def _side(kind: str, surface: Heightfield, sigma: float) -> Side:
-    if kind == "theirs":
+    if kind == MITSUBA:
         return Theirs(surface)
-    return Ours(surface, sigma, fixed=kind == "ours-fixed")
+    engine, _, light = kind.partition("-")
+    return Ours(surface, sigma, engine=engine, fixed=light == "fixed")
 
 
 def _serve(pipe: Connection, kind: str, path: Path, sigma: float) -> None:

@@ -8,7 +8,7 @@ from microsurf.errors import MicrosurfError
 from microsurf.physics import facet
 from microsurf.surface import Heightfield, generate_surface
 from validation.bench.efficiency import FIGURES, agreement, figures
-from validation.bench.sides import KD, N, Ours
+from validation.bench.sides import EMBREE, EXACT, KD, N, Ours
 from validation.mitsuba import renderer
 
 try:
@@ -25,9 +25,9 @@ def surface():
     return generate_surface(2.0, 0.5, cells=128, seed=3)
 
 
-@pytest.fixture(scope="module")
-def ours(surface, new_seed):
-    side = Ours(surface, 0.5, workers=1, fixed=True)
+@pytest.fixture(scope="module", params=[EXACT, EMBREE])
+def ours(surface, new_seed, request):
+    side = Ours(surface, 0.5, workers=1, engine=request.param, fixed=True)
     return np.stack(
         [figures(side.batch(THETAS, KD, PATHS, new_seed(k)).flux) for k in range(BATCHES)]
     )
