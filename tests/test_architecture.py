@@ -27,6 +27,7 @@ LAYERS = (
     {"analysis"},
     {"report"},
     {"cli"},
+    {"__main__"},
 )
 """A package or loose module imports only what stands left of it, nothing beside or right of it."""
 

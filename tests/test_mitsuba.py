@@ -17,7 +17,8 @@ METAL = replace(SCENE, material=Material(0.21, k=3.27))
 GAMMAS = (1.7, 2.0, 8.0, 1e4)
 THETAS = (0, 30, 60, 80)
 SIGMAS = ((0.4, 0.4), (0.5, 0.05))
-SAMPLES = 500_000
+SAMPLES, SINGLE_SAMPLES = 500_000, 40_000
+"""Of a chi² test: the scalar variants are hundreds of times slower."""
 
 
 def plugin(variant):
@@ -89,8 +90,29 @@ def test_its_values_are_those_of_predict_on_20_000_pairs(compiled, gamma, sigma)
     assert np.quantile(total, 0.99) <= 0.03
 
 
-def p_value(mi, scene, theta, seed, drawn=1.0, orders="1"):
-    """Of Mitsuba's test of `sample` against `pdf`; ``drawn`` times the roughness is sampled."""
+def drawn_one_by_one(mi, values, theta):
+    """`sample` of the scalar variant as Mitsuba's test calls it, which has arrays."""
+
+    def sample(numbers):
+        rows = np.array(numbers, np.float64).T.tolist()
+        with mi.util.variant_context("scalar_rgb"):
+            mitsuba.register()
+            bsdf, context = mi.load_dict(values), mi.BSDFContext()
+            point = mi.SurfaceInteraction3f()
+            point.wi = mi.Vector3f(*model.direction(np.radians(theta), 0.5).tolist())
+            draws = [bsdf.sample(context, point, u, mi.Point2f(v, w)) for u, v, w in rows]
+            towards = np.array([list(one.wo) for one, _ in draws], np.float32)
+            used = np.array([weight[0] > 0 for _, weight in draws], np.float32)
+        return mi.Vector3f(*towards.T), mi.Float(used)
+
+    return sample
+
+
+def p_value(mi, scene, theta, seed, drawn=1.0, orders="1", single=False):
+    """Of Mitsuba's test of `sample` against `pdf`; ``drawn`` times the roughness is sampled.
+
+    ``single``: by the scalar variant, against the compiled one's `pdf`.
+    """
     from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain  # noqa: PLC0415
 
     def functions(of):
@@ -107,10 +129,14 @@ def p_value(mi, scene, theta, seed, drawn=1.0, orders="1"):
 
     rough = scene.roughness
     other = replace(rough, sigma=tuple(drawn * s for s in rough.sigma))
-    sample, _ = functions(replace(scene, roughness=other))
+    sampled = replace(scene, roughness=other)
+    sample, _ = functions(sampled)
+    if single:
+        sample = drawn_one_by_one(mi, given(sampled) | {"orders": orders}, theta)
     _, pdf = functions(scene)
+    count = SINGLE_SAMPLES if single else SAMPLES
     test = ChiSquareTest(
-        SphericalDomain(), sample, pdf, 3, sample_count=SAMPLES, res=101, ires=16, seed=seed
+        SphericalDomain(), sample, pdf, 3, sample_count=count, res=101, ires=16, seed=seed
     )
     test.run(0.01, 1, quiet=True)
     return test.p_value
@@ -139,6 +165,39 @@ def test_mitsubas_chi_square_test_passes_everywhere(compiled, judge):
 
 def test_a_roughness_3_per_cent_off_is_rejected(compiled, judge):
     judge.catches(p_value(compiled, METAL, 30, judge.seed(9), drawn=1.03))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("single", [False, True])
+def test_mitsubas_chi_square_test_passes_for_all_orders(compiled, judge, single):
+    thetas = dict(zip(GAMMAS, THETAS[::-1], strict=True))
+    cases = product(GAMMAS, THETAS) if not single else thetas.items()
+    judge.keeps(
+        [
+            p_value(
+                compiled, replace(SCENE, roughness=Roughness(gamma, (0.4,))), theta,
+                judge.seed(k), orders="all", single=single,
+            )
+            for k, (gamma, theta) in enumerate(cases)
+        ]
+    )  # fmt: skip
+
+
+@pytest.mark.long
+def test_mitsubas_chi_square_test_passes_everywhere_in_a_scalar_variant(compiled, judge):
+    cases = [
+        (replace(scene, roughness=Roughness(gamma, sigma)), theta)
+        for (gamma, scene), sigma, theta in product(
+            zip(GAMMAS, (SCENE, METAL) * 2, strict=True), SIGMAS, THETAS
+        )
+    ]
+    judge.keeps(
+        [p_value(compiled, *one, judge.seed(k), single=True) for k, one in enumerate(cases)]
+    )
+
+
+def test_another_roughness_is_rejected_in_a_scalar_variant(compiled, judge):
+    judge.catches(p_value(compiled, METAL, 30, judge.seed(9), drawn=1.2, single=True))
 
 
 def reflected(mi, gamma, sigma, theta, orders):
@@ -255,6 +314,15 @@ def test_numbers_can_be_changed_after_it_was_made(scalar, scene):
     params["gamma"] = 1.0
     with pytest.raises(InputError, match=r"roughness\.gamma"):
         params.update()
+
+
+def test_an_old_llvm_is_refused_before_it_ends_the_process(compiled, monkeypatch):
+    detail = sys.modules["drjit"].detail
+    monkeypatch.setattr(detail, "llvm_version", lambda: (15, 0, 6))
+    with pytest.raises(InputError, match=r"by LLVM 15, .*DRJIT_LIBLLVM_PATH.* scalar_rgb$"):
+        mitsuba.register()
+    compiled.set_variant("scalar_rgb")
+    mitsuba.register()
 
 
 def test_without_mitsuba_one_line_says_what_to_install(monkeypatch):

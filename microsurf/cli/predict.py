@@ -84,16 +84,12 @@ def predict_command(
         check_ending(out, ".nc")
         check_writable(out)
     begin = time.perf_counter()
-    walked = model.MODELS[name].walk is not None
-    if walked:
-        predicted = model.walk(scene, name, seed=seed, progress=True)
-    else:
-        predicted = model.predict(scene, name)
+    predicted = model.predict(scene, name, seed=seed, progress=True)
     seconds = time.perf_counter() - begin
     values = {
         "model": name,
         **albedos.figures(predicted),
-        "lost": albedos.losses(predicted)["lost"] if walked else 0.0,
+        "lost": albedos.losses(predicted)["lost"] if "ended" in predicted else 0.0,
         "seconds": seconds,
     }
     if out is not None:

@@ -78,7 +78,7 @@ def test_what_fails_while_commands_load_is_one_line():
 @pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "shift-jis", "utf-8"])
 def test_help_is_printed_in_every_encoding(encoding):
     ran = subprocess.run(
-        [sys.executable, "-c", "from microsurf.cli import main; main()", "measure", "--help"],
+        [sys.executable, "-m", "microsurf", "measure", "--help"],
         capture_output=True, timeout=300, check=False,
         env={**os.environ, "PYTHONIOENCODING": encoding},
     )  # fmt: skip

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microsurf.errors import MicrosurfError
+from microsurf.model.user_brdf import mitsuba_bsdf
 from microsurf.physics import fresnel
 from microsurf.surface import Heightfield
 
@@ -34,12 +35,8 @@ from .period import MARGIN, Period
 Array = NDArray[np.float64]
 
 LOST = ("below", "behind", "wrapped")
-LLVM = 19
-"""Oldest LLVM known to serve: 14 and 15 abort the process on processors with AVX-512."""
 BATCH = 2**20
 """Paths of one launch: fewer leave the kernel's start to be paid, more gain nothing."""
-
-_ADVICE = "install Debian's libllvm19 and set DRJIT_LIBLLVM_PATH to libLLVM.so.19.1"
 
 
 def load() -> ModuleType:
@@ -52,20 +49,13 @@ def load() -> ModuleType:
 
     """
     try:
-        import drjit  # noqa: PLC0415 - an extra, which may be absent
-        import mitsuba  # noqa: PLC0415
+        mitsuba_bsdf.load().set_variant("llvm_ad_rgb")
     except ImportError as error:
         raise MicrosurfError(
-            "mitsuba is not installed: `pip install 'microsurf[peers]'`"
+            "mitsuba finds no LLVM: install Debian's libllvm19 and set DRJIT_LIBLLVM_PATH to "
+            "libLLVM.so.19.1"
         ) from error
-    try:
-        mitsuba.set_variant("llvm_ad_rgb")
-        version = drjit.detail.llvm_version()
-    except ImportError as error:
-        raise MicrosurfError(f"mitsuba finds no LLVM: {_ADVICE}") from error
-    if version[0] < LLVM:
-        raise MicrosurfError(f"mitsuba found LLVM {version[0]}, needs {LLVM}: {_ADVICE}")
-    module: ModuleType = mitsuba
+    module: ModuleType = mitsuba_bsdf.load()  # which looks at the LLVM of this variant
     return module
 
 

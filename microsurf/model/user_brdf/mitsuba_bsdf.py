@@ -7,6 +7,7 @@ reflectance is integrated into the bin of the mirror direction.
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from .brdf import UserBrdf
 
 Array = NDArray[np.float64]
 
+OLDEST_LLVM = 19
+"""Known to serve. With 15 a compiled variant aborts the process at its first kernel."""
 _MISSING = "mitsuba is not installed: `pip install 'microsurf[mitsuba]'`"
 _DEFAULT_VARIANT = "scalar_rgb"
 _SAME = 1e-5
@@ -32,7 +35,7 @@ def load() -> Any:
     Raises
     ------
     InputError
-        If it is not installed.
+        If it is not installed, or its variant is compiled by an LLVM that is too old.
 
     """
     try:
@@ -41,6 +44,14 @@ def load() -> Any:
         raise InputError(_MISSING) from error
     if mitsuba.variant() is None:
         mitsuba.set_variant(_DEFAULT_VARIANT)
+    if str(mitsuba.variant()).startswith("llvm"):
+        version = import_module("drjit").detail.llvm_version()[0]
+        if version < OLDEST_LLVM:
+            raise InputError(
+                f"mitsuba compiles {mitsuba.variant()} by LLVM {version}, which may abort the "
+                f"process; must be {OLDEST_LLVM} or newer: install Debian's libllvm19 and set "
+                f"DRJIT_LIBLLVM_PATH to libLLVM.so.19.1, or set the variant {_DEFAULT_VARIANT}"
+            )
     return mitsuba
 
 

@@ -102,7 +102,7 @@ def test_what_makes_no_sense_is_refused():
     up = brute.direction(0, 0)
     one = replace(SCENE, material=Material(1.5, (0.5,)))
     with pytest.raises(InputError, match="model = 'cook': must be one of flat, approximate"):
-        model.predict(SCENE, "cook")
+        model.evaluate(one, up, up, "cook")
     with pytest.raises(InputError, match=r"material\.kd"):
         model.evaluate(SCENE, up, up)
     with pytest.raises(InputError, match="o: must be unit vectors"):
