@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration coverage circle explorer gridwalk frontiers renderers bench dist docs clean
+.PHONY: validate test test-long lint gallery atlas calibration coverage circle explorer gridwalk frontiers renderers two-layers bench dist docs clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -69,6 +69,11 @@ renderers: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
 	$(BIN)/python -m validation.renderers.run
 	$(BIN)/python -m validation.renderers.picture
+
+# Two explicit layers by Mitsuba, ten minutes; wants LLVM 19, see validation/mitsuba/renderer.py.
+two-layers: $(READY)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
+	$(BIN)/python -m validation.mitsuba.two_layers
 
 # Wants LLVM 19, see validation/mitsuba/renderer.py.
 bench: $(READY)

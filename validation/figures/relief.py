@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from microsurf.model.user_brdf.mitsuba_bsdf import load
 
+from ..mitsuba.meshes import mesh_of
+
 Array = NDArray[np.float64]
 
 SIZE = (840, 600)
@@ -97,12 +99,4 @@ def _mesh(mi: Any, vertices: Array, faces: NDArray[np.int64], n: float, kd: floa
             },
         }
     )  # fmt: skip
-    properties = mi.Properties()
-    properties["bsdf"] = bsdf
-    properties["face_normals"] = True
-    mesh = mi.Mesh("relief", len(vertices), len(faces), props=properties)
-    values = mi.traverse(mesh)
-    values["vertex_positions"] = vertices.ravel().astype(np.float32)
-    values["faces"] = faces.ravel().astype(np.uint32)
-    values.update()
-    return mesh
+    return mesh_of(mi, "relief", vertices, faces, bsdf)

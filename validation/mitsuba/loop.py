@@ -30,9 +30,12 @@ _KINDS = len(detector.KINDS)
 
 
 def follow(
-    scene: Any, bsdf: Any, sampler: Any, period: Period, theta: float, bits: int, *, ordered: bool
+    scene: Any, sampler: Any, period: Period, theta: float, bits: int, *, ordered: bool
 ) -> tuple[NDArray[np.float64], list[int]]:
-    """Follow 2^bits paths of light from (θ, φ = 0): weights by bin, and paths lost by cause.
+    """Follow 2^bits paths from (θ, φ = 0): weights by bin, and paths lost by cause.
+
+    Energy is carried, not radiance: what passes an interface is not scaled by its index. Order
+    is how often a path meets, from outside, a facet that mirrors; body is what has been below one.
 
     Returns
     -------
@@ -49,7 +52,6 @@ def follow(
     bins = dr.zeros(mi.Float, int(np.prod(shape)))
     lost = dr.zeros(mi.UInt32, 3)
     ring_edges = mi.Float(detector.RING_EDGES.astype(np.float32))
-    context = mi.BSDFContext()
     x, y = _unit_square(sampler, bits, ordered=ordered)
     left, front = float(-(period.columns // 2)), float(-(period.rows // 2))
     # A little above the highest vertex: a start on it would be a matter of rounding.
@@ -66,13 +68,12 @@ def follow(
         found = scene.ray_intersect_preliminary(ray, coherent=False, active=active)
         at = found.compute_surface_interaction(ray, mi.RayFlags.All, active)
         hit, miss = active & at.is_valid(), active & ~at.is_valid()
-        behind = hit & (at.wi.z <= 0)
+        behind = hit & (at.wi.z <= 0) & ~mi.has_flag(at.bsdf().flags(), mi.BSDFFlags.BackSide)
         event = hit & ~behind
-        sampled, factor = bsdf.sample(context, at, sampler.next_1d(), sampler.next_2d(), event)
-        order = dr.select(event, order + 1, order)
-        is_body |= event & (sampled.sampled_component == 1)
-        weight = dr.select(event, weight * factor.x, weight)
-        spawned = mi.Ray3f(at.p + step * at.n, at.to_world(sampled.wo))
+        outer, inner, factor, spawned = _scatter(at, sampler, event, step)
+        order = dr.select(event & outer, order + 1, order)
+        is_body |= event & inner
+        weight = dr.select(event, weight * factor, weight)
         thinned = event & (order > ROULETTE)
         survival = dr.select(thinned, dr.minimum(weight, 0.95), 1.0)
         ended = event & (sampler.next_1d() >= survival)
@@ -109,6 +110,17 @@ def follow(
     )
     dr.while_loop(state, go_on, bounce, mode="symbolic")
     return np.asarray(bins.numpy(), np.float64).reshape(shape), lost.numpy().tolist()
+
+
+def _scatter(at: Any, sampler: Any, event: Any, step: float) -> tuple[Any, Any, Any, Any]:
+    """Whether a mirror is met from outside, whether light has been below, factor, and next ray."""
+    bsdf, mirror = at.bsdf(), mi.BSDFFlags.DeltaReflection
+    context = mi.BSDFContext(mi.TransportMode.Importance)
+    sampled, factor = bsdf.sample(context, at, sampler.next_1d(), sampler.next_2d(), event)
+    outer = (at.wi.z > 0) & mi.has_flag(bsdf.flags(), mirror)
+    inner = ~mi.has_flag(sampled.sampled_type, mirror)
+    away = dr.select(sampled.wo.z > 0, step, -step)
+    return outer, inner, factor.x, mi.Ray3f(at.p + away * at.n, at.to_world(sampled.wo))
 
 
 def _to_side(ray: Any, left: float, front: float, period: Period) -> Any:
