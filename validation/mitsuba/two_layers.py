@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from microsurf.cli.save import rounded, save
 from microsurf.results import detector
 from microsurf.scene import Layers, Roughness, Scene, Substrate, Surface
 from microsurf.stats.hypothesis_tests import sidak
+from microsurf.stats.intervals import two_sided_p
 from microsurf.surface.layers import LayeredMesh, layered_mesh
 from microsurf.trace import layers
 from microsurf.trace.wavefront import FacetOptics
@@ -111,8 +111,7 @@ def p_value(rows: list[dict[str, Any]], key: str, batches: int) -> float:
 
     Šidák's bound holds whatever the figures of one case have to do with each other.
     """
-    z = np.array([row[key] for row in rows])
-    return sidak(2 * stats.t.sf(np.abs(z), batches - 1))
+    return sidak([two_sided_p(row[key], batches - 1) for row in rows])
 
 
 def said(rows: list[dict[str, Any]], batches: int) -> Iterator[str]:
