@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test test-long lint gallery atlas calibration coverage circle explorer gridwalk frontiers renderers two-layers bench dist docs clean
+.PHONY: validate test pytest test-long lint gallery atlas calibration coverage circle explorer gridwalk frontiers renderers two-layers bench dist docs clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -12,7 +12,11 @@ validate: $(READY)
 # A process for each core; a file's tests stay together, for what they share.
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
-test: $(READY) lint
+# Lint runs beside the tests: together they keep all cores busy to the end.
+test: $(READY)
+	@$(MAKE) --no-print-directory --jobs 2 lint pytest
+
+pytest: $(READY)
 	$(PYTEST)
 
 test-long: $(READY)
