@@ -12,7 +12,7 @@ from typing import Any
 from ..errors import InputError
 from ..physics import smith, smith_fit
 from ..scene import Citation
-from .random_walk.layered_kernels import layered_walk
+from .random_walk.layered_kernels import layered_next_event, layered_walk
 from .random_walk.smith_kernels import smith_next_event, smith_walk
 from .random_walk.vcavity_kernels import mirrors, vcavity_next_event, vcavity_walk
 from .single_scattering.body_closed_form import APPROXIMATE
@@ -31,7 +31,7 @@ class Walk:
     """
 
     simulate: Callable[..., Any]
-    next_event: Callable[..., Any] | None = None
+    next_event: Callable[..., Any]
     mirrors: Callable[..., Any] | None = None
 
 
@@ -141,7 +141,7 @@ MODELS: dict[str, Model] = {
             "layered-walk", "layered walk",
             "a random walk in two layers that know nothing of each other, of scenes with [layers]",
             ("smith1967", "heitz2014", "heitz2016", "guo2018"), "-", "d", "green",
-            walk=Walk(layered_walk), layered=True,
+            walk=Walk(layered_walk, layered_next_event), layered=True,
         ),
     )
 }  # fmt: skip

@@ -786,6 +786,33 @@ def test_interrupted_is_130_with_one_line_and_no_half_file(run, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc.parts"]  # see test_survival
 
 
+LAYERED = """[layers]
+gap = 5.0
+[layers.substrate]
+gamma = 8.0
+sigma = 0.5
+"""
+
+
+def test_layers_from_the_command_line(run):
+    Path("layered.toml").write_text(LAYERED)
+    Path("d.csv").write_text("theta_i,phi_i,theta_o,phi_o\n30,0,10,90\n")
+    walk = ("predict", "layered.toml", "--model", "layered-walk", "--paths", "2000")
+    found = json.loads(run(*walk, "--kd", "1", "--theta", "60", "--json").out)
+    assert found["albedo"] == pytest.approx(1, abs=1e-12)
+    assert found["lost"] == 0
+    ran = run(*walk, "--directions", "d.csv")
+    assert ran.code == 0
+    assert float(ran.out.splitlines()[1].split(",")[-1]) == pytest.approx(0.2, abs=0.1)
+    for refused in (
+        run("predict", *SURFACE[:4], "--model", "layered-walk"),
+        run("predict", "layered.toml", "--model", "smith-walk"),
+    ):
+        assert refused.code == 2
+        assert refused.err.count("\n") == 1
+        assert "[layers]" in refused.err
+
+
 def test_conductors_from_the_command_line(run):
     rough = ("--gamma", "2", "--sigma", "0.3", "--theta", "60", "--n", "0.43", "--k", "2.455")
     for name in (*order_one(), *all_orders()):

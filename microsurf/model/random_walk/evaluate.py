@@ -1,6 +1,6 @@
 """The walks for single pairs of directions, every order: `evaluate_walk`."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +9,8 @@ from ...errors import InputError
 from ...scene import Scene
 from ..directions import checked
 from ..registry import walk_of
-from .parameters import slope_parameters, stream, walk_facet
-from .simulate import CHUNK, MOST_EVENTS
+from .parameters import LayeredSlopes, stream
+from .simulate import CHUNK, MOST_EVENTS, arguments_of
 
 Array = NDArray[np.float64]
 
@@ -37,14 +37,15 @@ def evaluate_walk(
     """Unbiased estimate of the BRDF for pairs of directions, and its standard error.
 
     At each facet a walk from i meets, what that facet sends towards o is evaluated and
-    not waited for (next-event estimation). In V-cavities chains of mirrors alone have a
-    closed form (see `vcavity_kernels`), and no error up to 32 of them; about the mirror
-    direction chains of two and more have a caustic, cut off at 1e−9 from it.
+    not waited for (next-event estimation). In two layers that is done at the interface; of a plane
+    interface at the substrate, and what such a plane mirrors is left out. In V-cavities chains
+    of mirrors alone have a closed form (see `vcavity_kernels`), and no error up to 32 of them;
+    about the mirror direction chains of two and more have a caustic, cut off at 1e−9 from it.
 
     Parameters
     ----------
     scene : Scene
-        With one Kd and σ > 0.
+        With one Kd and σ > 0; with two layers for a kind that is of them.
     i, o : array, shape (..., 3)
         Unit directions towards the light and the detector; 0 below the horizon.
     kind : str
@@ -64,8 +65,6 @@ def evaluate_walk(
     """
     kd, rough = scene.material.kd, scene.roughness
     model = walk_of(kind)
-    if model.next_event is None:
-        raise InputError(f"kind = {kind!r}: predicts bins only, not pairs of directions")
     if len(kd) > 1:
         raise InputError(f"material.kd = {list(kd)}: must be one number to evaluate directions")
     if not scene.requires.roughness:
@@ -77,10 +76,7 @@ def evaluate_walk(
     i, o = np.ascontiguousarray(i.reshape(-1, 3)), np.ascontiguousarray(o.reshape(-1, 3))
     if not scene.requires.multiple_scattering:
         orders = orders[0], min(orders[1], 1)
-    parameters, facet = (
-        slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y),
-        walk_facet(scene, kd[0]),
-    )
+    parameters, facet = _parameters(scene, kind)
     state = stream(rng)
     mean, error = np.zeros((2, len(i), 3))
     up = np.flatnonzero((i[:, 2] > 0) & (o[:, 2] > 0))
@@ -105,6 +101,16 @@ def evaluate_walk(
         error[up, 2] = np.hypot(error[up, 2], spread)
     cosine = np.where(o[:, 2:] > 0, o[:, 2:], 1.0)
     return _estimate(mean / cosine, shape), _estimate(error / cosine, shape)
+
+
+def _parameters(scene: Scene, kind: str) -> tuple[Any, Any]:
+    """Slopes and facets; an interface with the index of air is seen through as a plane is."""
+    arguments = arguments_of(scene, kind)
+    slopes = arguments.slopes
+    if isinstance(slopes, LayeredSlopes) and not scene.requires.interface:
+        plane = slopes.interface._replace(scale_x=0.0, scale_y=0.0)
+        slopes = slopes._replace(interface=plane)
+    return slopes, arguments.facets
 
 
 def _estimate(values: Array, shape: tuple[int, ...]) -> BrdfEstimate:

@@ -13,9 +13,10 @@ above a height of one is below it in the other.
 import numpy as np
 
 from ...jit import force_inlined
-from ...physics.fresnel_kernels import transmittance
-from .facet_kernels import OVER, scatter, uniform
-from .smith_kernels import smith_step, visible_normal
+from ...physics.fresnel_kernels import reflected, transmittance
+from ...results import detector
+from .facet_kernels import OVER, diffused, scatter, uniform
+from .smith_kernels import above, mirrored, smith_step, visible_normal
 
 OUTSIDE, BELOW, SUBSTRATE = 0, 1, 2
 """Where light is: over the interface, under it, over the substrate."""
@@ -95,7 +96,7 @@ def layered_walk(exits, events, most, i, slopes, facets, state):
     is no exit); entries; hits from below; and facet events in all.
     """
     upper, lower = slopes
-    interface, substrate = facets
+    interface, substrate, _ = facets
     for k in range(len(exits)):
         dx, dy, dz = -i[0], -i[1], -i[2]
         side = OUTSIDE
@@ -133,3 +134,126 @@ def layered_walk(exits, events, most, i, slopes, facets, state):
         exits[k, 0], exits[k, 1], exits[k, 2], exits[k, 3] = dx, dy, dz, length
         events[k, 0], events[k, 1], events[k, 2] = order, body, entries
         events[k, 3], events[k, 4] = hits, total
+
+
+@force_inlined
+def escape_rate(oz, ox, oy, slopes):
+    """Λ(o): from the height h the part exp(h Λ) gets out."""
+    across = np.sqrt((slopes.scale_x * ox) ** 2 + (slopes.scale_y * oy) ** 2)
+    return above(oz, across, slopes) / oz if across > 0 else 0.0
+
+
+@force_inlined
+def bent_density(dx, dy, dz, area, ox, oy, oz, n, slopes):
+    """Density in sr⁻¹ of refracted directions at o, and the cosine of o at the facet; o_z < 0.
+
+    D_w(m) |dω_m/dω_o| of the facet m ∝ n w + o that bends w = −d to o (Walter et al. 2007,
+    eqs. 16 and 17), with D_w(m) = ⟨w, m⟩ D(m)/σ(w).
+    """
+    hx, hy, hz = ox - n * dx, oy - n * dy, oz - n * dz
+    norm = np.sqrt(hx * hx + hy * hy + hz * hz)
+    if not (hz > 0 and norm > 0):
+        return 0.0, 1.0
+    mx, my, mz = hx / norm, hy / norm, hz / norm
+    inner, outer = -(dx * mx + dy * my + dz * mz), -(ox * mx + oy * my + oz * mz)
+    if not (inner > 0 and outer > 0):
+        return 0.0, 1.0
+    t2 = (mx / (slopes.scale_x * mz)) ** 2 + (my / (slopes.scale_y * mz)) ** 2
+    log_kernel = -t2 / 2 if slopes.nu == np.inf else -(slopes.nu / 2 + 1) * np.log1p(t2 / slopes.nu)
+    height = inner * outer / (2 * np.pi * slopes.scale_x * slopes.scale_y * area * norm * norm)
+    return height * np.exp(log_kernel - 4 * np.log(mz)), min(outer, 1.0)
+
+
+@force_inlined
+def seen_through_plane(dx, dy, dz, mx, my, mz, h, ox, oy, oz, slopes, facets):
+    """f cosθ_o of a substrate's facet seen through an interface that does not scatter."""
+    interface, substrate, _ = facets
+    ratio = 1 / interface.n
+    inner = np.sqrt(squared_cosine(oz, ratio))
+    ix, iy = ratio * ox, ratio * oy
+    out = np.exp(h * escape_rate(inner, ix, iy, slopes.substrate)) if h < 0 else 1.0
+    if interface.interface:
+        out *= transmittance(oz, interface.n)
+    narrowed = ratio * ratio * oz / inner  # dω inside over dω outside
+    return narrowed * out * diffused(dx, dy, dz, mx, my, mz, ix, iy, inner, substrate), inner
+
+
+@force_inlined
+def sent(dx, dy, dz, mx, my, mz, h, length, side, ox, oy, oz, rate, slopes, facets):
+    """f cosθ_o of one event: of a rough interface's, or through a plane of the substrate's."""
+    upper = slopes.interface
+    interface, _, thickness = facets
+    if upper.scale_x == 0:
+        if side != SUBSTRATE:
+            return 0.0
+        light, inner = seen_through_plane(dx, dy, dz, mx, my, mz, h, ox, oy, oz, slopes, facets)
+        return light * np.exp(-thickness * (length + 1 / inner))
+    if side == SUBSTRATE:
+        return 0.0
+    across = np.sqrt((upper.scale_x * dx) ** 2 + (upper.scale_y * dy) ** 2)
+    area = above(abs(dz), across, upper) + max(-dz, 0.0)
+    left = np.exp(-thickness * length)
+    if side == OUTSIDE:
+        density, mu = mirrored(dx, dy, dz, area, ox, oy, oz, upper)
+        return left * density * np.exp(h * rate) * reflected(mu, interface)
+    density, mu = bent_density(dx, dy, dz, area, ox, oy, -oz, interface.n, upper)
+    return left * density * np.exp(other_side(h) * rate) * transmittance(mu, interface.n)
+
+
+@force_inlined
+def layered_next_event(values, first, last, i, o, slopes, facets, state):
+    """Estimate f cosθ_o of orders first … last, specular and body, shape (walks, 2).
+
+    Walk k goes from i[k % len(i)]; at each hit on the interface it adds what is reflected
+    there, or refracted from below, towards o[k % len(o)], times the part that gets out. A plane
+    sends light one way only: through it substrate's facets are seen, and what it mirrors is left
+    out. Returns the number of events.
+    """
+    upper, lower = slopes
+    interface, substrate, _ = facets
+    total = 0
+    for k in range(len(values)):
+        ox, oy, oz = o[k % len(o)]
+        dx, dy, dz = i[k % len(i)]
+        dx, dy, dz = -dx, -dy, -dz
+        rate = escape_rate(oz, ox, oy, upper)
+        side = OUTSIDE
+        h = length = specular = diffuse = 0.0
+        order = body = 0
+        while True:
+            of_side = lower if side == SUBSTRATE else upper
+            h, leaves = onward(h, dx, dy, dz, of_side, state)
+            if leaves:
+                if side == OUTSIDE:
+                    break
+                length += 1 / dz
+                side = SUBSTRATE if side == BELOW else BELOW
+                dz, h = -dz, 0.0
+                continue
+            if side == OUTSIDE and order == last:
+                break
+            total += 1
+            order += side == OUTSIDE
+            mx, my, mz = facet_ahead(dx, dy, dz, of_side, state)
+            # Beyond BODY_EXACT events roulette takes the place of the weight.
+            weight = substrate.survival ** max(min(body, detector.BODY_EXACT) - 1, 0)
+            weight *= order >= first
+            light = weight * sent(
+                dx, dy, dz, mx, my, mz, h, length, side, ox, oy, oz, rate, slopes, facets
+            )
+            if body == 0:
+                specular += light
+            else:
+                diffuse += light
+            if side == SUBSTRATE:
+                dx, dy, dz, body = scatter(dx, dy, dz, mx, my, mz, body, substrate, state)
+                if body < 0:
+                    break
+                continue
+            dx, dy, dz, passed = interface_event(dx, dy, dz, mx, my, mz, side, interface, state)
+            if passed:
+                body = max(body, 1)
+                side = BELOW if side == OUTSIDE else OUTSIDE
+                dz, h = -dz, other_side(h)
+        values[k, 0], values[k, 1] = specular, diffuse
+    return total

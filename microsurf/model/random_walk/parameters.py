@@ -44,10 +44,11 @@ class LayeredSlopes(NamedTuple):
 
 
 class LayeredFacets(NamedTuple):
-    """Facets of an interface, which absorbs nothing, and of a Lambertian substrate."""
+    """Facets of an interface, which absorbs nothing, of a Lambertian substrate, and the gap."""
 
     interface: WalkFacet
     substrate: WalkFacet
+    thickness: float  # absorption times gap
 
 
 def slope_parameters(gamma: float, sigma_x: float, sigma_y: float) -> SlopeParameters:
@@ -131,9 +132,11 @@ def _substrate_slopes(scene: Scene) -> tuple[float, float, float]:
 def layered_facets(scene: Scene) -> LayeredFacets:
     """Facets of both layers; long paths are thinned as the greatest Kd would do."""
     n, kd = scene.material.n, max(scene.material.kd)
+    layers = required(scene.layers, "the gap")
     return LayeredFacets(
         WalkFacet(n, 0.0, 1.0, scene.requires.interface, False, 1.0, 1.0),
         WalkFacet(1.0, 0.0, 1.0, False, scene.requires.substrate, kd, 1.0),
+        layers.absorption * layers.gap,
     )
 
 

@@ -88,11 +88,7 @@ def walk(
 
     """
     run = walk_of(kind).simulate
-    layered = MODELS[kind].layered
-    if layered:
-        required(scene.layers, f"the model {kind}")
-    else:
-        refuse(scene.layers, f"the model {kind}")
+    arguments = arguments_of(scene, kind)
     walks = scene.accuracy.paths if walks is None else walks
     if walks < 1:
         raise InputError(f"walks = {walks}: must be 1 or more")
@@ -100,7 +96,6 @@ def walk(
     if not scene.requires.roughness:
         return _flat(scene, kind, begin)
     workers = workers or memory.cores()
-    arguments = _of_layers(scene) if layered else _of_one_surface(scene)
     angles = list(product(scene.light.theta, scene.light.phi))
     count = -(-walks // CHUNK)
     sizes = [walks * (k + 1) // count - walks * k // count for k in range(count)]
@@ -112,8 +107,8 @@ def walk(
         i = direction(np.radians(theta), np.radians(phi))
         exits, events = arguments.paths(sizes[k])
         run(exits, events, most, i, arguments.slopes, arguments.facets, stream(rng))
-        if scene.layers is not None:
-            return tally_layered(exits, events, phi, scene.layers, rng)
+        if isinstance(arguments.facets, LayeredFacets):
+            return tally_layered(exits, events, phi, arguments.facets.thickness, rng)
         return tally_walks(exits, events, phi, single=not scene.requires.multiple_scattering)
 
     run(
@@ -143,10 +138,10 @@ def walk(
     seconds = time.perf_counter() - begin
     attrs: Attributes = {"seed": seed, "seconds": seconds}
     walked = to_dataset(scene, kind, totals, arguments.weighed, attrs)
-    return with_substrate_events(walked) if layered else walked
+    return with_substrate_events(walked) if MODELS[kind].layered else walked
 
 
-class _Arguments(NamedTuple):
+class Arguments(NamedTuple):
     """What the kernel of a walk is given, the facet whose events weigh, and columns of paths."""
 
     slopes: SlopeParameters | LayeredSlopes
@@ -160,16 +155,24 @@ class _Arguments(NamedTuple):
         return np.zeros((count, exits)), np.zeros((count, events), np.int64)
 
 
-def _of_one_surface(scene: Scene) -> _Arguments:
+def arguments_of(scene: Scene, kind: str) -> Arguments:
+    """What the kernels of a walk are given for a scene, which must have layers if they need them.
+
+    Raises
+    ------
+    InputError
+        If the scene has two layers and the kind one surface, or the other way round.
+
+    """
+    if MODELS[kind].layered:
+        required(scene.layers, f"the model {kind}")
+        facets = layered_facets(scene)
+        return Arguments(layered_slopes(scene), facets, facets.substrate, (4, 5))
+    refuse(scene.layers, f"the model {kind}")
     rough = scene.roughness
     slopes = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
     facet = walk_facet(scene, max(scene.material.kd))
-    return _Arguments(slopes, facet, facet, (3, 2))
-
-
-def _of_layers(scene: Scene) -> _Arguments:
-    facets = layered_facets(scene)
-    return _Arguments(layered_slopes(scene), facets, facets.substrate, (4, 5))
+    return Arguments(slopes, facet, facet, (3, 2))
 
 
 def _flat(scene: Scene, kind: str, begin: float) -> xr.Dataset:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results import detector
-from ...scene import Layers
 from .facet_kernels import ABSORBED
 
 Array = NDArray[np.float64]
@@ -95,7 +94,7 @@ def tally_layered(
     exits: Array,
     events: NDArray[np.int64],
     phi_i: float,
-    layers: Layers,
+    thickness: float,
     rng: np.random.Generator,
 ) -> WalkTally:
     """Count walks in two layers by bin; those that the layer absorbs on their way out end there.
@@ -106,15 +105,15 @@ def tally_layered(
         As `layered_kernels.layered_walk` fills them. Events are changed: absorbed light has none.
     phi_i : float
         Azimuth of incidence in degrees.
-    layers : Layers
-        Its gap and absorption: exp(−absorption · gap · length) of the light is left.
+    thickness : float
+        Absorption times gap: exp(−thickness · length) of the light is left.
     rng : numpy.random.Generator
         Draws which.
 
     """
-    if layers.absorption > 0:
-        thickness = layers.absorption * layers.gap * exits[:, 3]
-        taken = (events[:, 1] >= 0) & (rng.random(len(exits)) >= np.exp(-thickness))
+    if thickness > 0:
+        left = np.exp(-thickness * exits[:, 3])
+        taken = (events[:, 1] >= 0) & (rng.random(len(exits)) >= left)
         events[taken, 1] = ABSORBED
     tally = tally_walks(exits[:, :3], events[:, :2], phi_i, single=False)
     return replace(tally, events=int(events[:, 4].sum()))

@@ -283,5 +283,83 @@ def test_what_it_does_not_know_is_refused_in_one_line():
     measured = replace(scene(), layers=Layers(2.0, Substrate(file="below.npy")))
     with pytest.raises(InputError, match=r"substrate.file = below.npy: is of unknown roughness"):
         walk(measured, KIND)
-    with pytest.raises(InputError, match="kind = 'layered-walk': predicts bins only"):
-        model.evaluate_walk(scene(), *np.array([[[0.0, 0.0, 1.0]]] * 2), KIND, 2, None)
+    up = np.array([[0.0, 0.0, 1.0]])
+    with pytest.raises(InputError, match=r"smith-walk knows one surface"):
+        model.evaluate_walk(scene(), up, up, "smith-walk", 2, np.random.default_rng(0))
+
+
+# Single pairs of directions
+
+
+def moments_of_walks(of, i, walks, seed):
+    """Light, and light times z² and x where it leaves, with standard errors; of one Kd."""
+    slopes, facets = layered_slopes(of), layered_facets(of)
+    exits, events = np.zeros((walks, 4)), np.zeros((walks, 5), np.int64)
+    layered_walk(exits, events, MOST_EVENTS, i, slopes, facets, stream(np.random.default_rng(seed)))
+    events_below = np.maximum(events[:, 1] - 1, 0)
+    weight = of.material.kd[0] ** np.minimum(events_below, detector.BODY_EXACT - 1)
+    weight *= np.exp(-facets.thickness * exits[:, 3]) * (events[:, 1] >= 0)
+    values = weight[:, None] * np.stack([np.ones(walks), exits[:, 2] ** 2, exits[:, 0]], -1)
+    return values.mean(0), values.std(0) / np.sqrt(walks)
+
+
+def moments_of_evaluation(of, i, directions, seed):
+    """The same by f at Lambertian directions."""
+    rng = np.random.default_rng(seed)
+    square, turn = rng.random(directions), 2 * np.pi * rng.random(directions)
+    ring = np.sqrt(square)
+    o = np.stack([ring * np.cos(turn), ring * np.sin(turn), np.sqrt(1 - square)], -1)
+    f, _ = model.evaluate_walk(of, np.tile(i, (directions, 1)), o, KIND, 4, rng)
+    values = np.pi * f.total[:, None] * np.stack([np.ones(directions), o[:, 2] ** 2, o[:, 0]], -1)
+    return values.mean(0), values.std(0) / np.sqrt(directions)
+
+
+@pytest.mark.parametrize(
+    ("above", "n", "kd", "absorption"),
+    [
+        ((2.0, 0.5), 1.5, 1.0, 0.0),
+        ((8.0, 0.7), 2.0, 0.9, 0.05),
+        ((2.0, 0.5), 1.0, 0.9, 0.05),
+        (FLAT, 1.5, 0.9, 0.05),
+    ],
+)
+def test_evaluation_adds_up_to_what_leaves(judge, above, n, kd, absorption):
+    """A white furnace where nothing is lost; of a plane all but what it mirrors."""
+    of, i = scene(above, n=n, kd=(kd,), absorption=absorption), direction(np.radians(50.0), 0.0)
+    walked, error = moments_of_walks(of, i, 40_000, judge.seed(14))
+    if above == FLAT:
+        mirror = fresnel.reflectance(i[2], n)
+        walked = walked - mirror * np.array([1, i[2] ** 2, -i[0]])
+    elif kd == 1:
+        assert walked[0] == pytest.approx(1, abs=1e-12)
+    evaluated, spread = moments_of_evaluation(of, i, 12_000, judge.seed(15))
+    judge.near(evaluated, walked, np.hypot(error, spread))
+    judge.tells(evaluated, 1.1 * walked, np.hypot(error, spread))
+
+
+PAIRS = (((30, 0), (40, 130)), ((80, 10), (70, 170)), ((60, 0), (60, 60)), ((85, 0), (20, 90)))
+
+
+def ends():
+    return (np.array([direction(*np.radians(pair[k])) for pair in PAIRS]) for k in (0, 1))
+
+
+@pytest.mark.parametrize("above", [(2.0, 0.5), FLAT])
+def test_pairs_of_directions_are_reciprocal(judge, above):
+    of, (i, o) = scene(above, absorption=0.05), ends()
+    rng = np.random.default_rng(judge.seed(16))
+    there, error = model.evaluate_walk(of, i, o, KIND, 20_000, rng)
+    back, other = model.evaluate_walk(of, o, i, KIND, 20_000, rng)
+    spread = np.hypot(error.total, other.total)
+    judge.near(there.total, back.total, spread)
+    judge.tells(there.total * i[:, 2], back.total * o[:, 2], spread)
+
+
+def test_order_one_specular_is_the_closed_form(judge):
+    """Of pairs of directions; the walk draws heights, which are all that is random."""
+    of, (i, o) = scene(), ends()
+    rng = np.random.default_rng(judge.seed(17))
+    value, error = model.evaluate_walk(of, i, o, KIND, 50_000, rng, (1, 1))
+    closed, _ = model.evaluate(replace(of, layers=None), i, o, "smith")
+    judge.near(value.specular, closed, error.specular)
+    judge.tells(value.specular, 1.1 * closed, error.specular)
