@@ -33,7 +33,7 @@ from .sides import EMBREE, EXACT, KD, N
 MATERIALS = ((8.0, 0.7), (2.0, 0.3), (1.75, 0.3))
 """γ and σ."""
 THETA, PATHS = 60.0, 2**18
-FEW, MANY = 4, 36
+FEW, MANY = 4, 24
 ALBEDO_ERROR, LOBE_ERROR = 1e-3, 0.02
 """Of the total albedo; of the median bin of the order-1 body lobe, relative to itself."""
 BRIGHT = 0.01
@@ -87,7 +87,7 @@ def row(name: str, command: list[str], gamma: float, sigma: float) -> dict[str, 
     few, many = (run(command, gamma, sigma, count) for count in (FEW, MANY))
     surface = (many.seconds - few.seconds) / (MANY - FEW)
     start = few.seconds - FEW * surface
-    low, high = (MANY - 1) / stats.chi2.interval(CONFIDENCE, MANY - 1)[::-1]
+    low, high = ((MANY - 1) / end for end in stats.chi2.interval(CONFIDENCE, MANY - 1)[::-1])
     return {
         "gamma": gamma,
         "sigma": sigma,
