@@ -42,8 +42,9 @@ intervals are 95 %, of the variances alone. An order is judged where 10 paths a 
 it on both sides, a bin where 3 do. Mitsuba is given origins stratified in our order, which its
 packets of rays gain from more than we do; the plain way, with independent origins, and Embree's
 default mode without robustness are shown beside it. Before all this both engines must agree with
-Mitsuba: their albedos by order and kind on meshes of 256² cells of the same three kinds. Growth and threads are by the clock: where the machine had other
-work, as in the run shown here, the speed-up on two threads says nothing."""
+Mitsuba: their albedos by order and kind on meshes of 256² cells of the same three kinds. Growth and
+threads are by the clock: where the machine had other work, as in the run shown here, the speed-up
+on two threads says nothing."""
 
 
 def machine() -> dict[str, str | int]:
