@@ -9,7 +9,6 @@ rotation, and ratios are between what stands side by side in one turn.
 """
 
 import argparse
-import csv
 import statistics
 import time
 from collections.abc import Callable
@@ -20,6 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 from microsurf import generate_surface, model
+from microsurf.cli.save import rounded, save
 from microsurf.scene import Effects, Light, Material, Roughness, Scene
 from microsurf.surface.heightfield import mesh
 from microsurf.trace import wavefront, work_items
@@ -204,15 +204,7 @@ def main() -> None:
     out = parser.parse_args().out
     rows = measure()
     out.mkdir(parents=True, exist_ok=True)
-    columns = ["engine", "without"]
-    columns += [f"{cost}{end}" for cost in COSTS for end in ("", "_low", "_high")]
-    with (out / "effects.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(
-            {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows
-        )
-    (out / "effects.md").write_text(text(rows), encoding="utf-8")
+    save(out, {"effects.csv": rounded(rows, 4), "effects.md": text(rows)})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """The benchmark's tables and plots."""
 
-import csv
 import dataclasses
 import json
 import platform
@@ -13,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from microsurf import memory
-from microsurf.files import whole_file
-from microsurf.report.figures import figure as figure_file
+from microsurf.cli.save import save
 from microsurf.report.figures.style import own_style
 
 from .growth import GAMMA, SIGMA, THETA, Size
@@ -76,19 +74,17 @@ def write(folder: Path, rows: list[Row], sizes: list[Size], threads: dict[int, f
         "growth": [_rounded(size) for size in sizes],
         "speed_up": {str(count): round(gain, 3) for count, gain in threads.items()},
     }
-    with whole_file(folder / "bench.json") as path:
-        path.write_text(json.dumps(content, ensure_ascii=False) + "\n", encoding="utf-8")
-    with (
-        whole_file(folder / "bench.csv") as path,
-        path.open("w", newline="", encoding="utf-8") as file,
-    ):
-        writer = csv.DictWriter(file, table[0].keys())
-        writer.writeheader()
-        writer.writerows(table)
-    with whole_file(folder / "bench.md") as path:
-        path.write_text(_page(about, rows, sizes, threads), encoding="utf-8")
-    figure_file.write(ratios(rows), folder / "ratios.png", dpi=100)
-    figure_file.write(growth(sizes), folder / "growth.png", dpi=100)
+    save(
+        folder,
+        {
+            "bench.json": json.dumps(content, ensure_ascii=False) + "\n",
+            "bench.csv": table,
+            "bench.md": _page(about, rows, sizes, threads),
+            "ratios.png": ratios(rows),
+            "growth.png": growth(sizes),
+        },
+        dpi=100,
+    )
 
 
 def _rounded(item: Row | Size) -> dict[str, object]:

@@ -7,7 +7,6 @@ with nothing to find, each defect of `defects` on 100 seeds, at the sample size 
 of the suite. Exits with 1 if a rate lies outside its interval or a defect is missed twice.
 """
 
-import csv
 import hashlib
 import sys
 from collections.abc import Callable
@@ -20,6 +19,7 @@ import numpy as np
 from scipy import stats
 from tqdm import tqdm
 
+from microsurf.cli.save import save
 from microsurf.files import whole_file
 
 from . import defects, nulls
@@ -192,12 +192,8 @@ def main() -> None:
     """Write both files."""
     found = rows()
     OUT.mkdir(parents=True, exist_ok=True)
-    (OUT / "calibration.md").write_text(page(found), encoding="utf-8")
-    with (OUT / "calibration.csv").open("w", newline="", encoding="utf-8") as file:
-        table = [{**asdict(row), "right": row.right} for row in found]
-        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
+    table = [{**asdict(row), "right": row.right} for row in found]
+    save(OUT, {"calibration.md": page(found), "calibration.csv": table})
     wrong = [row for row in found if not row.right]
     for row in wrong:
         print(f"{row.test} {row.by}: {row.rejected}, not {row.low} … {row.high}")  # noqa: T201

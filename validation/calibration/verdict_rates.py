@@ -9,13 +9,13 @@ are each wrong in at most 2.5 %. R = 1 knows its rays only. Writes reports/calib
 verdicts.csv and .md.
 """
 
-import csv
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from microsurf.analysis.comparison import decide, half_width
+from microsurf.cli.save import rounded, save
 from microsurf.results import albedos
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
 from microsurf.stats.intervals import CONFIDENCE
@@ -82,12 +82,6 @@ def main() -> None:
                     "departs_wrong": max(wrong[1], wrong[3]),
                 })  # fmt: skip
     OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / "verdicts.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table[0])
-        writer.writerows(
-            [f"{v:.4g}" if isinstance(v, float) else v for v in row.values()] for row in table
-        )
     lines = [
         "# Wrong verdicts",
         "",
@@ -106,7 +100,7 @@ def main() -> None:
         of = [row for row in table if row["surfaces"] == count]
         worst = [max(row[key] for row in of) for key in ("missed", "holds_wrong", "departs_wrong")]
         lines.append(f"| {count} | " + " | ".join(f"{100 * v:.1f} %" for v in worst) + " |")
-    (OUT / "verdicts.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    save(OUT, {"verdicts.csv": rounded(table, 4), "verdicts.md": "\n".join(lines) + "\n"})
 
 
 if __name__ == "__main__":

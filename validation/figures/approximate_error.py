@@ -9,7 +9,6 @@ Lambertian surface: the rms relative error of f_b, and the relative error of the
 """
 
 import argparse
-import csv
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
@@ -19,10 +18,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from microsurf.cli.save import save
 from microsurf.model.directions import direction
 from microsurf.model.single_scattering import body_closed_form, brdf
 from microsurf.model.single_scattering.facets import Facets
-from microsurf.report.figures.figure import write
 from microsurf.report.figures.style import own_style
 
 Array = NDArray[np.float64]
@@ -126,11 +125,10 @@ def main() -> None:
         fit()
         return
     rows = table()
-    with (GALLERY / "approximate-error.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        writer.writerows([*row[:4], *(f"{v:.3f}" for v in row[4:])] for row in rows)
-    write(heat_maps(rows), GALLERY / "approximate-error.png", dpi=110)
+    cells = [[*row[:4], *(f"{v:.3f}" for v in row[4:])] for row in rows]
+    named = [dict(zip(COLUMNS, row, strict=True)) for row in cells]
+    pictures = {"approximate-error.png": heat_maps(rows)}
+    save(GALLERY, {"approximate-error.csv": named, **pictures}, dpi=110)
 
 
 if __name__ == "__main__":

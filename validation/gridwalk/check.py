@@ -19,7 +19,6 @@ vertex in a hundred.
 """
 
 import argparse
-import csv
 from itertools import product
 from pathlib import Path
 
@@ -27,6 +26,7 @@ import numpy as np
 from tqdm import tqdm
 
 from microsurf import generate_surface
+from microsurf.cli.save import rounded, save
 from microsurf.physics import facet
 from microsurf.results import detector
 from microsurf.stats import intervals
@@ -237,12 +237,11 @@ def albedos(light: int) -> list[dict[str, float | str]]:
 
 def show(rows: list[dict[str, float | str]], name: str) -> None:
     """Print a table and write it."""
-    cells = [[f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
+    table = rounded(rows, 6)
     OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / name).open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([list(rows[0]), *cells])
-    for line in [list(rows[0]), *cells]:
-        print("  ".join(line))  # noqa: T201
+    save(OUT, {name: table})
+    for line in [list(rows[0]), *(row.values() for row in table)]:
+        print("  ".join(map(str, line)))  # noqa: T201
 
 
 def main() -> int:

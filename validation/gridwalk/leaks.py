@@ -11,12 +11,11 @@ Counted is what `trace` would lose: rays that end below everything, and those th
 back facet, other than at its edge, where float64 meets none.
 """
 
-import csv
-
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from microsurf.cli.save import rounded, save
 from microsurf.trace.embree import EmbreeTile
 from microsurf.trace.grid import Grid, triangles
 
@@ -95,12 +94,10 @@ def main() -> None:
         for theta in THETAS:
             row = leaks(embree, theta, rng)
             table.append({"gamma": gamma, "sigma": sigma, "theta": theta, **row})
-    cells = [[f"{value:.3g}" if isinstance(value, float) else value for value in row.values()]
-             for row in table]  # fmt: skip
+    table = rounded(table, 3)
     OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / "leaks.csv").open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([list(table[0]), *cells])
-    for line in [list(table[0]), *cells]:
+    save(OUT, {"leaks.csv": table})
+    for line in [list(table[0]), *(row.values() for row in table)]:
         print(*line, sep="  ")  # noqa: T201
 
 

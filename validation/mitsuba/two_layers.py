@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 OUT = Path(__file__).parents[2] / "reports" / "layers"
 N, KD, WRONG_N = 1.5, 0.8, 1.52
 THETAS = (0.0, 60.0, 80.0)
-BATCHES, PATHS = 16, 2**19
+BATCHES, PATHS = 16, 2**17
 FIGURES = ("albedo", "order-1 specular", "rest")
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from microsurf import measure, predict
+from microsurf.cli.save import rounded, save
 from microsurf.files import whole_file
 from microsurf.model import walk
 from microsurf.results import detector
@@ -214,11 +215,7 @@ def read(path: Path) -> list[Row]:
 
 def write(path: Path, rows: list[Row]) -> None:
     """Write a table, six digits a number."""
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(rows[0])
-        for row in rows:
-            writer.writerow(f"{v:.6g}" if isinstance(v, float) else v for v in row.values())
+    save(path.parent, {path.name: rounded(rows, 6)})
 
 
 def main() -> None:

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from microsurf.cli.save import save
+
 from .figures import AGAINST, SURFACES, THEORIES, ratios
 
 Row = dict[str, Any]
@@ -63,4 +65,4 @@ def text(rows: list[Row]) -> str:
 
 def write(rows: list[Row], out: Path) -> None:
     """Write atlas.md."""
-    (out / "atlas.md").write_text(text(rows), encoding="utf-8")
+    save(out, {"atlas.md": text(rows)})
