@@ -74,7 +74,7 @@ renderers: $(READY)
 	$(BIN)/python -m validation.renderers.run
 	$(BIN)/python -m validation.renderers.picture
 
-# Two explicit layers by Mitsuba, ten minutes; wants LLVM 19, see validation/mitsuba/renderer.py.
+# Two explicit layers by Mitsuba, three minutes; wants LLVM 19, see validation/mitsuba/renderer.py.
 two-layers: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
 	$(BIN)/python -m validation.mitsuba.two_layers

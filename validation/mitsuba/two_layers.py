@@ -6,7 +6,7 @@ Four pairs of surfaces, three incidences from φ = 0, Kd = 0.8, n = 1.5. Mitsuba
 own, a `dielectric` over a `diffuse` one, Embree in float32, its own loop and random numbers; what
 both share is the detector. Writes mitsuba.csv to reports/layers: by pair, incidence and figure
 both albedos with their standard errors over BATCHES, the z of their difference, and the z where
-Mitsuba's interface has n = 1.52, which must be seen. Wants what `renderer` wants; ten minutes.
+Mitsuba's interface has n = 1.52, which must be seen. Wants what `renderer` wants; three minutes.
 """
 
 import argparse
