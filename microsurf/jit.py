@@ -7,11 +7,15 @@ can't be written, ends the program. Here a file holds one compiled signature, wi
 digest of the sources it was made from and one of its own bytes. What does not fit is made
 anew, and what can't be written is not kept. All that numba keys on (signature, processor,
 Python's and numba's version, the function's bytecode and closure) is in the key too.
+
+Processes that need the same kernel at the same time compile it once: one does, the others
+wait for its file.
 """
 
 import ast
 import hashlib
 import logging
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -26,6 +30,11 @@ from numba.core import caching, serialize
 
 from .files import whole_file
 
+try:
+    import fcntl
+except ImportError:  # Windows: there processes compile side by side what they need
+    fcntl = None  # type: ignore[assignment]
+
 PACKAGE = Path(__file__).resolve().parent
 
 _STARTED = time.time()
@@ -35,6 +44,13 @@ _said: list[str] = []
 
 _DIGEST = 32
 """Bytes of a SHA-256."""
+
+_TURNS = "compiling.lock"
+"""A file beside the kernels: who compiles one locks a byte of it, at most until its end."""
+_PATIENCE, _POLL = 60.0, 0.02
+"""Seconds to wait for another process's kernel before compiling it too, and between two looks."""
+
+_turns: dict[Path, int] = {}
 
 
 class KernelCache(caching.FunctionCache):
@@ -47,6 +63,14 @@ class KernelCache(caching.FunctionCache):
         if stamp is None or not self._enabled:
             return None
         key = self._index_key(sig, target_context.codegen())
+        code = self._read(stamp, key, target_context)
+        if code is None and self._waited(key):
+            code = self._read(stamp, key, target_context)
+            if code is not None:
+                self._let_go(key)
+        return code
+
+    def _read(self, stamp: bytes, key: Any, target_context: Any) -> Any:
         # Whatever is wrong with a file, the code can be compiled again.
         with suppress(Exception):
             data = self._path(key).read_bytes()
@@ -56,6 +80,37 @@ class KernelCache(caching.FunctionCache):
                 if stored == key:
                     return self._impl.rebuild(target_context, reduced)
         return None
+
+    def _waited(self, key: Any) -> bool:
+        """Wait until no other process compiles it, and have its turn; whether there are turns."""
+        until = time.monotonic() + _PATIENCE
+        with suppress(OSError):  # a folder that can't be written, a file system without locks
+            self._impl.locator.ensure_cache_path()
+            while not self._locked(key, take=True):
+                if time.monotonic() > until:
+                    return False
+                time.sleep(_POLL)
+            return True
+        return False
+
+    def _let_go(self, key: Any) -> None:
+        with suppress(OSError):
+            self._locked(key, take=False)
+
+    def _locked(self, key: Any, *, take: bool) -> bool:
+        """Take a kernel's turn, if no other process has it, or let go of it."""
+        if fcntl is None:
+            return True
+        path = Path(self._cache_path) / _TURNS
+        if path not in _turns:
+            _turns[path] = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        position = int(self._path(key).stem[-7:], 16)
+        kind = fcntl.LOCK_EX | fcntl.LOCK_NB if take else fcntl.LOCK_UN
+        try:
+            fcntl.lockf(_turns[path], kind, 1, position)
+        except (BlockingIOError, PermissionError):  # what systems say of another's lock
+            return False
+        return True
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code of a signature, if there is a place for it."""
@@ -70,6 +125,8 @@ class KernelCache(caching.FunctionCache):
                 temporary.write_bytes(stamp + hashlib.sha256(payload).digest() + payload)
         except Exception as error:  # noqa: BLE001 - a full disk is no reason not to go on
             _say_not_kept(str(error))
+        finally:
+            self._let_go(key)
 
     def flush(self) -> None:
         """Throw away what was kept of this function."""

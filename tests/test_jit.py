@@ -116,6 +116,41 @@ def test_only_a_source_that_a_kernel_can_see_compiles_it_again(small):
     assert answer(small) == (8.5, 1, "")
 
 
+AT_ONCE = """
+import os, sys, time
+from microsurf.kernel import kernel
+from numba.core import event
+
+class Slow(event.Listener):  # the other process comes while this one compiles
+    def on_start(self, event):
+        time.sleep(2)
+
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Slow())
+open(sys.argv[1], "w").close()
+while len([name for name in os.listdir(".") if name.endswith(".begun")]) < 2:
+    time.sleep(0.01)
+kernel(2.0)
+print(sum(kernel.stats.cache_misses.values()), sum(kernel.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="without locks of files' parts")
+def test_processes_that_need_a_kernel_at_once_compile_it_once(small):
+    children = [
+        subprocess.Popen(  # noqa: S603 - our own
+            [sys.executable, "-c", AT_ONCE, f"{k}.begun"], cwd=small,
+            env=os.environ | {"PYTHONPATH": str(small)}, stdout=subprocess.PIPE, text=True,
+        )
+        for k in range(2)
+    ]  # fmt: skip
+    counts = sorted(child.communicate(timeout=300)[0].split() for child in children)
+    # One compiled, and the other read; without locks each compiles.
+    assert counts == [["0", "1"], ["1", "0"]]
+
+
 @pytest.mark.parametrize("harm", ["cut", "empty", "text", "bit", "folder"])
 def test_a_damaged_file_is_made_anew(small, harm):
     answer(small)
