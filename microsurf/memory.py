@@ -30,13 +30,22 @@ _NO_LIMIT = 2**62
 """From here on a number in a control group of version 1 means that there is none."""
 
 
+_sharing = [1]
+
+
+def share(processes: int) -> None:
+    """Let this process take no more than its part from now on, as one of so many."""
+    _sharing[0] = processes
+
+
 def available() -> float:
     """Bytes of memory that this process may still take, the least that any limit leaves.
 
     Those of the machine, of the control groups (cgroups) it is in, such as a container's or
-    a batch job's, and of its address space (``ulimit -v``).
+    a batch job's, and of its address space (``ulimit -v``); its part of them, see `share`.
     """
-    return max(min([float(psutil.virtual_memory().available), *_left_by_limits()]), 0.0)
+    free = min([float(psutil.virtual_memory().available), *_left_by_limits()])
+    return max(free, 0.0) / _sharing[0]
 
 
 def cores() -> int:

@@ -35,10 +35,12 @@ class Stages:
     """The stages of one computation; kept nowhere without a folder.
 
     ``seconds`` is what they took, in this run or before; ``taken_up`` how many were there.
+    ``tell`` is called with the name of each as it begins.
     """
 
     def __init__(self, folder: Path | None = None, key: str = "") -> None:
         self._folder, self._key = folder, key
+        self.tell: Callable[[str], None] | None = None
         self.seconds = 0.0
         self.taken_up = 0
 
@@ -54,6 +56,8 @@ class Stages:
             value, seconds = stored_result[0]
             self.taken_up += 1
         else:
+            if self.tell is not None:
+                self.tell(name)
             begin = time.perf_counter()
             value = make()
             seconds = time.perf_counter() - begin

@@ -60,6 +60,7 @@ first:
 }}
 """
 
+_ON_PARENTS_END = 1  # PR_SET_PDEATHSIG of prctl
 _engines: list[llvm.ExecutionEngine] = []
 
 
@@ -67,6 +68,28 @@ def arm() -> None:
     """Have machine code receive Ctrl-C from now on; who ignores it goes on ignoring it."""
     if sys.platform == "win32" or signal.getsignal(signal.SIGINT) != signal.default_int_handler:
         return
+    _build()
+    _handle(signal.SIGALRM, "loud")
+    _handle(signal.SIGINT, "pressed")
+    signal.siginterrupt(signal.SIGINT, True)
+    sys.unraisablehook = _unraisable
+
+
+def serve(parent: int) -> None:
+    """In a process of Linux that works for a command: end with it, and not by Ctrl-C itself.
+
+    The command ends it by SIGTERM, and so does the system when the command is gone.
+    """
+    _build()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _handle(signal.SIGTERM, "quiet")
+    ctypes.CDLL(None).prctl(_ON_PARENTS_END, signal.SIGTERM)
+    if os.getppid() != parent:  # gone before the system knew
+        os._exit(130)
+
+
+def _build() -> None:
+    """Compile the handlers, once."""
     if not _engines:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
@@ -80,10 +103,6 @@ def arm() -> None:
         ):  # for ever: the signal may come as Python ends
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(used))
         atexit.register(_ignore)
-    _handle(signal.SIGALRM, "loud")
-    _handle(signal.SIGINT, "pressed")
-    signal.siginterrupt(signal.SIGINT, True)
-    sys.unraisablehook = _unraisable
 
 
 def disarm() -> None:

@@ -2,18 +2,19 @@
 
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import click
 
 from .. import memory, model, report
-from ..analysis import regression, validate_user_brdf
+from ..analysis import regression
 from ..analysis.fitted_theory import prepare
 from ..analysis.planning import Plan
 from ..analysis.self_test import SelfTest, self_test
 from ..analysis.stages import Run
-from ..analysis.validate import Validation, validate_scene
+from ..analysis.validate import Validation
 from ..errors import InputError
 from ..report import sections
 from ..results import uncertainty
@@ -22,6 +23,7 @@ from ..scene.builtin import built_in_scenes
 from ..scene.layers import refuse
 from ..surface import StdFit
 from ..trace.engine import AUTO
+from . import scene_job, side_by_side
 from .options import (
     INPUT,
     PATH,
@@ -126,25 +128,25 @@ def validate_command(
     scenes |= {name: plans[name].begun(scene) for name, scene in adaptive.items()}
     run = Run(out, resume=resume)
     page = report.Report(out, list(scenes), seed)
+    processes = scene_job.at_once(list(scenes.values()), workers)
+    job = scene_job.SceneJob(
+        scenes,
+        prepared,
+        {name: plan.scene.accuracy.paths for name, plan in plans.items()},
+        None if brdf is None else (brdf, broken),
+        run,
+        page,
+        {"seed": seed, "refined": refined},
+        max((workers or memory.cores()) // processes, 1),
+    )
     results = []
-    for name, scene in scenes.items():
-        surface_paths = plans[name].scene.accuracy.paths if name in plans else None
-        entry = validate_scene(
-            name,
-            scene,
-            seed=seed,
-            workers=workers,
-            progress=True,
-            refined=refined,
-            prepared=prepared[name],
-            surface_paths=surface_paths,
-            stages=run.of_scene(scene, seed=seed, refined=refined, surface_paths=surface_paths),
-        )
-        results.append(
-            entry if brdf is None else validate_user_brdf.judge(entry, brdf, broken[name])
-        )
-        page.add(results[-1], sections.of_scene(results[-1], page.slug))
-        page.write_so_far()
+    with closing(
+        side_by_side.in_order(job, list(scenes), processes, scene_job.compile_apart)
+    ) as finished:
+        for entry, drawn in finished:
+            results.append(entry)
+            page.add(entry, drawn)
+            page.write_so_far()
     # The digits of the formulas take half a minute, and are shown with the main job alone.
     checked = _of_microsurf(
         run, seed, workers, digits=not scene_files, again=check_again, engine=given["engine"]

@@ -8,10 +8,11 @@ import xarray as xr
 from ..files import whole_file
 from .attachments import make_folder, make_folders
 from .figures import figure, lobes_of_results
-from .html import Report, write
+from .html import Drawn, Report, write
 from .phrases import movements, unexpected
 
 __all__ = [
+    "Drawn",
     "Report",
     "make_folder",
     "make_folders",

@@ -44,6 +44,16 @@ class _Part:
     pictures: list[_Shown]
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """What a finished scene shows, its pictures written, and its figures for report.json."""
+
+    figures: list[_Shown]
+    parts: list[_Part]
+    cites: list[str]
+    document: dict[str, Any]
+
+
 class Report:
     """A report that grows: each scene is drawn once, when it is finished, and the page written.
 
@@ -79,27 +89,34 @@ class Report:
         self._drawn: list[dict[str, Any]] = []
         self._cited: list[str] = []
 
-    @property
-    def slug(self) -> str:
-        """What the files of the next scene are called by."""
-        return self._slugs[len(self._entries)]
+    def slug(self, name: str) -> str:
+        """What the files of a scene are called by."""
+        return self._slugs[self._names.index(name)]
 
-    def add(self, entry: Validation, further: Sequence[Section] = ()) -> None:
-        """Draw the next scene, with further sections of its own after its figures."""
-        files = attachments.attach(entry, self.slug, self._out, self._seed, self._room)
-        self._room -= files.size
-        figures = self._out / "figures"
-        self._drawn.append(
-            {
-                "entry": entry,
-                "files": files,
-                "figures": [_show(p, figures) for p in pictures.of_scene(entry, files.slug)],
-                "parts": [_part(part, files.slug, figures) for part in further],
-            }
+    def draw(self, entry: Validation, further: Sequence[Section] = ()) -> Drawn:
+        """Write a scene's pictures, those of further sections after its own.
+
+        Any process may do that, at any time before `add`.
+        """
+        slug, figures = self.slug(entry.name), self._out / "figures"
+        return Drawn(
+            [_show(picture, figures) for picture in pictures.of_scene(entry, slug)],
+            [_part(part, slug, figures) for part in further],
+            [key for part in further for key in part.cites],
+            json_document.of_scene(entry),
         )
-        self._cited += [key for part in further for key in part.cites]
+
+    def add(self, entry: Validation, drawn: Drawn) -> None:
+        """Take in the next scene, and write its results."""
+        slug = self._slugs[len(self._entries)]
+        files = attachments.attach(entry, slug, self._out, self._seed, self._room)
+        self._room -= files.size
+        self._drawn.append(
+            {"entry": entry, "files": files, "figures": drawn.figures, "parts": drawn.parts}
+        )
+        self._cited += drawn.cites
         self._entries.append(entry)
-        self._scenes.append(json_document.of_scene(entry))
+        self._scenes.append(drawn.document)
 
     def write_so_far(self) -> None:
         """Write the page of the scenes that are finished; it says which are not."""
@@ -187,7 +204,7 @@ def write(
     """Write the report of scenes that are all finished, see `Report`."""
     report = Report(out, [entry.name for entry in entries], seed)
     for entry in entries:
-        report.add(entry, (of_scenes or {}).get(entry.name, ()))
+        report.add(entry, report.draw(entry, (of_scenes or {}).get(entry.name, ())))
     return report.finish(lasting, old, of_all)
 
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 import xarray as xr
-from children import start
+from children import start, timeless
 from click.testing import CliRunner
 
 from microsurf.cli.group import cli
@@ -117,15 +117,6 @@ def test_validate_killed_ten_times_in_a_row_has_the_same_report(tmp_path):
     assert sum(killed) > 0
     first, second = (timeless(tmp_path / name / "report.json") for name in ("unbroken", "killed"))
     assert first == second
-
-
-def timeless(path):
-    """A report without how long its parts took and the command, which names the folder."""
-    report = json.loads(path.read_text())
-    del report["command"]
-    for scene in report["scenes"]:
-        del scene["seconds"], scene["measured"]["tracing_seconds"]
-    return report
 
 
 def test_interrupted_keeps_its_pieces(tmp_path):

@@ -247,7 +247,8 @@ def test_the_page_is_written_as_scenes_finish(entries, folder, tmp_path):
     """It says what is missing, speaks of no file that is not there, and ends as if at once."""
     growing = report.Report(tmp_path, [entry.name for entry in entries], 7)
     for number, entry in enumerate(entries, 1):
-        growing.add(entry, _FURTHER["of_scenes"].get(entry.name, ()))
+        drawn = growing.draw(entry, _FURTHER["of_scenes"].get(entry.name, ()))
+        growing.add(entry, drawn)
         growing.write_so_far()
         page = (tmp_path / "report.html").read_text(encoding="utf-8")
         assert f"Not finished: {number} of 2 scenes" in page
