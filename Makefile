@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test pytest test-long lint gallery atlas calibration coverage circle explorer gridwalk frontiers renderers two-layers bench dist docs clean
+.PHONY: validate test pytest test-long lint gallery atlas layers calibration coverage circle explorer gridwalk frontiers renderers two-layers bench dist docs clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -33,6 +33,11 @@ gallery: $(READY)
 # Goes on where it was stopped.
 atlas: $(READY)
 	$(BIN)/python -m validation.structures.run
+
+# Where IL facets stand for two layers; goes on where it was stopped, half an hour.
+layers: $(READY)
+	$(BIN)/python -m validation.layers.atlas
+	$(BIN)/python -m validation.layers.limits
 
 calibration: $(READY)
 	$(BIN)/python -m validation.calibration.run

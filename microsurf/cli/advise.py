@@ -5,9 +5,10 @@ from typing import Any
 
 import click
 
+from ..analysis import il_assumption
 from ..analysis.stages import Run
 from ..analysis.tradeoff.effort import EFFORTS
-from ..analysis.tradeoff.recommend import Judged, Recommendation, advise
+from ..analysis.tradeoff.recommend import Judged, Recommendation, advise, check_tolerance
 from ..analysis.tradeoff.study import CHOICES
 from ..errors import InputError
 from ..report import make_folder
@@ -54,10 +55,18 @@ def advise_command(
 ) -> None:
     """Find the cheapest way to a reflectance whose measured error stays below a tolerance.
 
+    Of a scene with two layers: whether IL facets in their place are good enough, by the atlas.
+
     Example: microsurf advise my_scene.toml --tolerance 0.02 --quantity albedo
     """
     requested = Scene.read(scene)
     stated = check_tail(requested, allow_truncated_tail)
+    assumption = il_assumption.answer(requested, quantity)
+    if requested.layers is not None:
+        check_tolerance(tolerance)
+        values = _of_layers(assumption, quantity, tolerance)
+        show(values | stated, as_json=True) if as_json else write(assumption.text)
+        return
     run, stages = None, None
     if out is not None:
         make_folder(out)
@@ -72,9 +81,26 @@ def advise_command(
     if run is not None:
         run.finish()
     if as_json:
-        show(_values(result) | stated, as_json=True)
+        more = {"il_assumption": il_assumption.as_json(assumption)}
+        show(_values(result) | more | stated, as_json=True)
         return
-    write("\n".join(_lines(result)))
+    write("\n".join([*_lines(result), f"\n{assumption.text}"]))
+
+
+def _of_layers(assumption: il_assumption.Answer, quantity: str, tolerance: float) -> dict[str, Any]:
+    """The keys of every advice, for IL facets in the place of two layers; nothing is run."""
+    of = il_assumption.as_json(assumption)
+    good = assumption.deviation is not None and assumption.deviation.high <= tolerance
+    return {
+        "quantity": quantity,
+        "tolerance": tolerance,
+        "rung": "IL facets" if good else None,
+        "error": of["error"],
+        "error_ci": of["error_ci"],
+        "seconds": 0.0,
+        "alternatives": [],
+        "il_assumption": of,
+    }
 
 
 def _values(recommendation: Recommendation) -> dict[str, Any]:

@@ -132,9 +132,14 @@ def advise(
     )
 
 
-def _check(scene: Scene, tolerance: float, quantity: str) -> None:
+def check_tolerance(tolerance: float) -> None:
+    """Raise InputError for a tolerance that no method is judged by."""
     if not 1e-4 <= tolerance <= 1:
         raise InputError(f"tolerance = {tolerance:g}: must be 1e-4 … 1, relative")
+
+
+def _check(scene: Scene, tolerance: float, quantity: str) -> None:
+    check_tolerance(tolerance)
     if quantity not in CHOICES:
         raise InputError(f"quantity = {quantity!r}: must be one of {', '.join(CHOICES)}")
     if quantity not in quantities_of(scene):

@@ -1,0 +1,1 @@
+"""Where one interfaced-Lambertian facet stands for two explicit layers."""

@@ -1,0 +1,34 @@
+"""How far two layers are from IL facets on the same surfaces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microsurf.stats import squared_error
+
+from .cases import projected_solid_angles
+
+Array = NDArray[np.float64]
+
+
+def relative(ones: Array, others: Array) -> tuple[float, float]:
+    """Mean of paired differences over the mean of the others, in percent, and its error."""
+    mean = others.mean()
+    if mean == 0:
+        return np.nan, np.nan
+    ratio = (ones - others).mean() / mean
+    rest = ones - (1 + ratio) * others
+    return 100 * ratio, 100 * rest.std(ddof=1) / np.sqrt(len(rest)) / mean
+
+
+def lobe_distance(ones: Array, others: Array) -> tuple[float, float, float]:
+    """Root mean square of the differences of two lobes over that of the others, in percent.
+
+    Of means over realisations, without what their scatter adds; and its 95 % interval. Bins
+    of light of shape (realisations, bins).
+    """
+    root = np.sqrt(projected_solid_angles())
+    differences = (ones - others) / root
+    size = float(np.linalg.norm(others.mean(0) / root))
+    squared = squared_error.interval(differences, np.zeros_like(differences), np.inf)
+    ends = np.sqrt([squared.value, squared.low, squared.high])
+    return tuple(float(100 * end / size) for end in ends)  # type: ignore[return-value]
