@@ -30,6 +30,8 @@ SUBSTRATES: Final = 7
 """White noise of a substrate under an interface, of whose seed it is: ()."""
 SECOND_ENGINE: Final = 8
 """Runs of two engines on one surface: (engine, angle, run)."""
+MEAN_CHORD: Final = 9
+"""Lambertian light between two layers: ()."""
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:

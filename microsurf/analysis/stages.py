@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import InputError, MicrosurfError
 from ..scene import Scene
+from ..surface import substrate_digest
 from ..trace.checkpoint import claim
 from .stored import load, save
 from .versions import state_of_the_code
@@ -103,10 +104,12 @@ class Run:
         return Stages(self._folder, hashlib.sha256(text.encode()).hexdigest())
 
     def of_scene(self, scene: Scene, **what: Any) -> Stages:
-        """Stages of a scene, whose file is known by its content, and of further values."""
+        """Stages of a scene, whose files are known by their content, and of further values."""
         file = scene.surface.file
         content = None if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest()
-        return self.stages(scene=scene.to_toml(), file=content, **what)
+        under = substrate_digest(scene)
+        more = {} if under is None else {"substrate": under}
+        return self.stages(scene=scene.to_toml(), file=content, **more, **what)
 
     def finish(self) -> None:
         """Remove the stages, once what they were for is safe; what is not ours is left there."""

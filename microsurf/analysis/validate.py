@@ -10,10 +10,9 @@ from .. import invariants
 from ..model import registry
 from ..results import albedos
 from ..scene import Scene
-from ..scene.layers import refuse
 from ..surface import Heightfield, StdFit, all_surfaces_of, surface_statistics
 from ..trace import measure
-from . import comparison, omitted_effects, predictions
+from . import comparison, omitted_effects, predictions, two_layers
 from .error_budget import assemble
 from .error_budget.refinement import refine
 from .fitted_theory import fit_as_json, fitted_scene, prepare, turn_of
@@ -59,6 +58,8 @@ class Validation:
     masking : list of dict
         Masking and shadowing by facet slope, see `masking.masking_by_slope`; empty unless
         the scene was refined.
+    layers : dict
+        Of a scene with two layers, see `two_layers.summary`. Else empty.
     frontier : Tradeoff or None
         What the models cost and how far they are off, see `frontier.frontier_of`; None unless
         the scene was refined.
@@ -84,6 +85,7 @@ class Validation:
     left_out: list[dict[str, Any]] = field(default_factory=list)
     budget: list[assemble.Budget] = field(default_factory=list)
     masking: list[dict[str, Any]] = field(default_factory=list)
+    layers: dict[str, Any] = field(default_factory=dict)
     frontier: Tradeoff | None = None
     seconds: float = 0.0
     user_brdf: UserBrdfResult | None = None
@@ -115,15 +117,18 @@ def validate_scene(
     on a dozen more surfaces, masking by facet slope, and what the models cost.
     ``surface_paths``: see `measure`. ``prepared``: what `prepare` gave, if it was asked.
     ``stages``: where finished stages are kept and found; nowhere without it.
+
+    Of a scene with two layers the theories predict interfaced-Lambertian facets on the interface.
+    The budget measures these too, on the same interfaces, and has what they leave as a term.
     """
-    refuse(scene.layers, "validation")
     stages = stages or Stages()
     run: dict[str, Any] = {"seed": seed, "workers": workers, "progress": progress}
     surfaces = _Surfaces(scene, seed, workers)
     fit, notes = prepared or prepare(scene)
-    theory = scene if fit is None else fitted_scene(scene, fit)
+    judged = scene if fit is None else fitted_scene(scene, fit)
+    theory, facets = (replace(one, layers=None) for one in (judged, scene))
     turn = 0.0 if fit is None else turn_of(fit)
-    rough = scene.requires.roughness
+    rough = theory.requires.roughness
     along = rough and turn == 0  # axes along x and y, which looking at facets takes for granted
     measured = stages.done(
         "measured",
@@ -150,24 +155,29 @@ def validate_scene(
         }
     predicted |= walked
     all_orders = next(iter(walked.values()), None)
+    predicted |= two_layers.walked(judged, turn, run, stages)
     by_slope: list[dict[str, Any]] = []
     terms: list[assemble.Budget] = []
     if along:
         refinement = None
+        alone = measured
+        if scene.layers is not None:
+            alone = stages.done("facets", lambda: measure(facets, surfaces.made(), **run))
         if refined:
             by_slope = stages.done(
                 "masking",
                 lambda: masking_by_slope(theory, surfaces.made(), seed=seed, workers=workers),
             )
-            refinement = stages.done("refinement", lambda: refine(scene, measured, **run))
+            refinement = stages.done("refinement", lambda: refine(facets, alone, **run))
         terms = stages.done(
             "budget",
             lambda: assemble.budget_of(
                 assemble.cases_of(
                     theory,
-                    measured,
+                    alone,
                     (first, all_orders),
                     surfaces.made(),
+                    layers=None if scene.layers is None else measured,
                     refinement=refinement,
                     exchange=assemble.exchange_of(by_slope),
                     walks=min(assemble.WALKS, scene.accuracy.paths * surfaces.count),
@@ -189,15 +199,23 @@ def validate_scene(
             measured, predicted, surfaces.made() if rough else [], theory.material
         ),
     )
-    if rough:
+    if scene.requires.roughness:
         agreement = stages.done(
             "second-engine",
-            lambda: invariants.second_engine(scene, surfaces.made()[0], seed=seed, workers=workers),
+            lambda: invariants.second_engine(
+                scene, surfaces.made()[0] if rough else None, seed=seed, workers=workers
+            ),
         )
         held = [*held, agreement]
+    if scene.layers is not None:
+        chord = stages.done(
+            "mean-chord",
+            lambda: invariants.mean_chord(scene, surfaces.made()[0] if rough else None, seed=seed),
+        )
+        held = [*held, chord]
     return Validation(
         name=name,
-        scene=theory,
+        scene=judged,
         measured=measured,
         predicted=predicted,
         comparisons=comparisons,
@@ -214,6 +232,7 @@ def validate_scene(
         ),
         budget=terms,
         masking=by_slope,
+        layers=two_layers.summary(judged, seed, measured, predicted),
         frontier=frontier,
         seconds=stages.seconds,
     )
@@ -275,6 +294,7 @@ def as_json(entry: Validation) -> dict[str, Any]:
         "left_out": entry.left_out,
         "budget": assemble.rows(entry.budget),
         "masking": entry.masking,
+        "layers": entry.layers,
         "user_brdf": None if entry.user_brdf is None else entry.user_brdf.as_json(),
         "seconds": entry.seconds,
     }

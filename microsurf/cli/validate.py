@@ -111,8 +111,8 @@ def validate_command(
     if brdf is not None and not scene_files:  # a mirror's spike is no f(i, o)
         scenes = {name: scene for name, scene in scenes.items() if model.has_values(scene)}
     broken = {} if brdf is None else _examined(brdf, scenes)
+    _check_layers(scenes, dry_run=dry_run, user_brdf=brdf is not None)
     for scene in scenes.values():
-        refuse(scene.layers, "`microsurf validate`")
         check_tail(scene, allow_truncated_tail)
         memory.require_lobes(scene.surface.realisations, scene.light.angles)
     begin = time.perf_counter()
@@ -191,6 +191,13 @@ def _examined(brdf: model.UserBrdf, scenes: dict[str, Scene]) -> dict[str, list[
     for scene in scenes.values():
         say(brdf.remarks(scene))
     return broken
+
+
+def _check_layers(scenes: dict[str, Scene], *, dry_run: bool, user_brdf: bool) -> None:
+    """Refuse what knows one surface only."""
+    for option, given in (("--dry-run", dry_run), ("--model", user_brdf)):
+        for scene in scenes.values():
+            refuse(scene.layers if given else None, option)
 
 
 def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:

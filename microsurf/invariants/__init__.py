@@ -8,6 +8,7 @@ from .all import global_invariants
 from .energy import scene_invariants
 from .false_alarms import RATE
 from .invariant import Invariant, as_rows, broken
+from .mean_chord import mean_chord
 from .referee import second_engine
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "as_rows",
     "broken",
     "global_invariants",
+    "mean_chord",
     "scene_invariants",
     "second_engine",
 ]

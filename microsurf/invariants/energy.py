@@ -100,14 +100,21 @@ def orders(measured: xr.Dataset, material: Material) -> Invariant:
 
 
 def possible(measured: xr.Dataset) -> Invariant:
-    """Light where it can be: no more body events than facets met, and none negative."""
+    """Light where it can be: no more body events than facets met, and none negative.
+
+    Between two layers light may meet the substrate any number of times in each order.
+    """
+    layered = datasets.SUBSTRATE_EVENTS in measured.coords
     impossible = measured.flux.where(
-        (measured.body_events > measured.order) & (measured.order < detector.ORDERS[-1]), 0.0
+        (measured.body_events > measured.order)
+        & (measured.order < detector.ORDERS[-1])
+        & (not layered),
+        0.0,
     )
     negative = measured.flux.clip(max=0)
     return Invariant(
         "no impossible light",
-        "no bin is negative, and order k has at most k body events",
+        "no bin is negative" + ("" if layered else ", and order k has at most k body events"),
         float(np.abs(impossible).sum() + np.abs(negative).sum()),
         0.0,
         "light in such bins; none is ever put there",

@@ -10,7 +10,7 @@ from ..analysis.self_test import SelfTest
 from ..analysis.tradeoff.study import Tradeoff
 from ..analysis.validate import Validation
 from ..invariants import Invariant
-from . import stability_section
+from . import layers_section, stability_section
 from .figures import error_budget, masking, pareto, pareto_all, user_brdf
 from .figures.figure import Picture
 from .section import Section, Table
@@ -22,10 +22,11 @@ _BUDGET = """Measured − predicted, split by substituting one thing after the o
 facets and masking by Smith's theory; STD by the slopes the surfaces have; what a finer mesh would
 change; light lost; the masking of the real structure in place of Smith's, and what that makes of
 later orders;
-multiple scattering of the real structure. Terms add up to the difference (diamonds). Whiskers and
-intervals are of 95 %. {refined}"""
+multiple scattering of the real structure{layers}. Terms add up to the difference (diamonds).
+Whiskers and intervals are of 95 %. {refined}"""
 _REFINED = """Mesh: the same relief on this mesh and on one twice as fine. Tile: what surfaces of
 half the side differ by at the most, a bound that the other intervals do not hold."""
+_IL = "; both layers in the place of IL facets, on the same interfaces (the IL assumption)"
 _COARSE = "Mesh and tile were not measured (--no-refine): what they leave is in the other terms."
 _CAPTION = (
     "Where the difference comes from, Kd = {kd:g}{phi}. Bars: terms; diamonds: what they add up "
@@ -74,6 +75,7 @@ def of_scene(entry: Validation, slug: str) -> list[Section]:
     sections = (
         _dark(entry),
         _user_brdf(entry, slug),
+        layers_section.section(entry),
         _budget(entry, slug),
         _masking(entry, slug),
         _frontier(entry, slug),
@@ -132,7 +134,8 @@ def _budget(entry: Validation, slug: str) -> Section | None:
     first = [row for row in rows if row["kd"] == kd and row["phi_i"] == phi]
     drawn = error_budget.drawn_terms(first)
     there = {row["term"] for row in rows}
-    hidden = [t for t in ("model", "slopes", "mesh", "losses", "masking", "multiple")
+    hidden = [t for t in ("model", "slopes", "mesh", "losses", "masking", "multiple",
+                          "il_assumption")
               if t in there and t not in drawn]  # fmt: skip
     several = len(entry.scene.light.phi) > 1
     caption = _CAPTION.format(
@@ -146,7 +149,10 @@ def _budget(entry: Validation, slug: str) -> Section | None:
         "stand in the figure's CSV; a term that is not there is 0",
         _table(first),
     )
-    text = _BUDGET.format(refined=_REFINED if "mesh" in there else _COARSE)
+    text = _BUDGET.format(
+        refined=_REFINED if "mesh" in there else _COARSE,
+        layers=_IL if "il_assumption" in there else "",
+    )
     return Section(
         "budget", "Where each difference comes from", text, (table,), (picture,), ("heitz2016",)
     )

@@ -7,7 +7,6 @@ import pytest
 from microsurf import model
 from microsurf.analysis.convergence.study import converge
 from microsurf.analysis.tradeoff.study import tradeoff
-from microsurf.analysis.validate import validate_scene
 from microsurf.errors import InputError
 from microsurf.scene import (
     Accuracy,
@@ -130,7 +129,6 @@ LAYERED = Scene(
     [
         model.predict,
         lambda scene: model.walk(scene, "smith-walk", walks=10),
-        lambda scene: validate_scene("layered", scene),
         tradeoff,
         converge,
     ],

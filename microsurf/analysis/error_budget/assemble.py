@@ -75,6 +75,7 @@ def cases_of(
     theory: tuple[xr.Dataset, xr.Dataset | None] | None = None,
     refinement: Refinement | None = None,
     exchange: Mapping[float, Mapping[str, float]] | None = None,
+    layers: xr.Dataset | None = None,
     walks: int = WALKS,
     seed: int = 0,
 ) -> dict[tuple[float, float, float], Case]:
@@ -96,6 +97,9 @@ def cases_of(
         What mesh and tile leave; without it these terms are absent.
     exchange : mapping by θ_i, optional
         See `exchange_of`.
+    layers : Dataset, optional
+        Two layers measured on ``surfaces`` as interfaces; ``measured`` and ``predicted`` are then
+        of IL facets.
     walks, seed : int
         Of the walk with the surfaces' slopes.
 
@@ -128,9 +132,11 @@ def cases_of(
                     walked = _later(later.isel(theta_i=t, phi_i=p), n, kd)
                     effect |= {q: walked[q] for q in HIGHER if q in ideal}
                 mirrored = float(np.mean([c[2][0] for c in changes]))
+                rays = _ray_errors(measured, n, kd, (t, p)) if alone else {}
+                layered = {} if layers is None else _layers(layers, rays, n, kd, (t, p))
                 cases[theta, phi, kd] = Case(
                     measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
-                    ray_errors=_ray_errors(measured, n, kd, (t, p)) if alone else {},
+                    ray_errors=rays,
                     predicted=albedos_by_order,
                     theory=ideal,
                     slopes=effect,
@@ -142,8 +148,25 @@ def cases_of(
                     if theory is None
                     else _expected(albedos_by_order, ideal, theory[1], n, kd, (t, p)),
                     exchange=None if exchange is None else exchange.get(theta),
+                    **layered,
                 )
     return cases
+
+
+def _layers(
+    layers: xr.Dataset,
+    rays: Mapping[str, float],
+    n: float,
+    kd: float,
+    index: tuple[int, int],
+) -> dict[str, Any]:
+    """What a `Case` holds of two layers; ``rays`` are the errors of IL facets on one surface."""
+    parts = {q: v[:, *index] for q, v in components(layers, n, kd).items()}
+    both = _ray_errors(layers, n, kd, index) if rays else {}
+    return {
+        "layers": parts,
+        "layers_ray_errors": {q: float(np.hypot(both[q], rays[q])) for q in rays},
+    }
 
 
 def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, float]]:

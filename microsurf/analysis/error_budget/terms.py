@@ -15,6 +15,9 @@ masking     Smith's masking and shadowing by the structure's own: all that is le
             less at first is met again
 multiple    multiple scattering by the structure's own, or what the prediction's lacks: all that
             is left of later orders
+il_assumption
+            of a scene with two layers, which IL facets stand for up to here: both layers less IL
+            facets on the same interfaces, paired
 noise       of rays and of surfaces: nothing in the mean
 
 Had masking been substituted before the slopes, the share of each would be another: by how much
@@ -22,7 +25,7 @@ is part of the uncertainty of both. Intervals are of 95 %.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +35,10 @@ from .regions import FIRST, HIGHER, LOBES, TOTAL
 
 Array = NDArray[np.float64]
 
-TERMS = ("model", "slopes", "mesh", "tile", "losses", "masking", "multiple", "noise")
+TERMS = (
+    "model", "slopes", "mesh", "tile", "losses", "masking", "multiple", "il_assumption", "noise",
+)  # fmt: skip
+_LAYERS = "il_assumption"
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,11 @@ class Case:
         Later orders of ``theory`` if every event had the faults of order 1 of ``predicted``.
     exchange : mapping of float
         By how much the terms slopes and masking of a part depend on their order.
+    layers : mapping of arrays, shape (realisations,)
+        Each part of two layers; ``measured`` is then that of IL facets on their interfaces. None
+        of a scene of IL facets.
+    layers_ray_errors : mapping of float
+        As ``ray_errors``, of the difference of both measurements: for noise it is a bound.
 
     """
 
@@ -94,6 +105,8 @@ class Case:
     lost: float = 0.0
     expected: Parts | None = None
     exchange: Mapping[str, float] | None = None
+    layers: Mapping[str, Array] | None = None
+    layers_ray_errors: Mapping[str, float] = field(default_factory=dict)
 
     def with_mesh_slopes(self, q: str) -> TermEstimate:
         """Smith with the slopes of the surfaces."""
@@ -133,9 +146,11 @@ def split(case: Case) -> dict[str, dict[str, Term]]:
     # What is not known of order 1 is passed on, with its sign.
     known = abs(1 - sum(rates.values())) * let_out.half
     parts[TOTAL]["masking"] = replace(parts[TOTAL]["masking"], half=known)
-    noise = {q: case.ray_errors.get(q, 0.0) for q in parts}
+    rays = dict.fromkeys(TERMS, case.ray_errors)
+    if case.layers is not None:
+        rays |= dict.fromkeys((_LAYERS, "noise"), case.layers_ray_errors)
     return {
-        q: {term: total.term(q, term, noise[q]) for term, total in terms.items()}
+        q: {term: total.term(q, term, rays[term].get(q, 0.0)) for term, total in terms.items()}
         for q, terms in parts.items()
     }
 
@@ -167,7 +182,7 @@ class _Sum:
             spread = (
                 intervals.student(count - 1) * float(self.each.std(ddof=1)) / float(np.sqrt(count))
             )
-        elif name in ("masking", "multiple", "noise"):
+        elif name in ("masking", "multiple", _LAYERS, "noise"):
             spread = intervals.normal() * ray_error
         value = self.fixed + float(self.each.mean())
         half = float(np.hypot(self.half, spread))
@@ -226,7 +241,7 @@ def _first(case: Case, q: str) -> dict[str, _Sum]:
     slopes = sums["slopes"]
     sums["slopes"] = _Sum(slopes.fixed, float(np.hypot(slopes.half, doubt)), slopes.each)
     sums["masking"] = _Sum(rest.fixed, float(np.hypot(rest.half, doubt)), rest.each)
-    return sums | {"noise": _noise(case, q)}
+    return sums | _measuring(case, q)
 
 
 def _met_again(case: Case, q: str) -> float:
@@ -250,11 +265,17 @@ def _later(case: Case, q: str, rate: float, let_out: "_Sum") -> dict[str, _Sum]:
     return sums | {
         "masking": masking,
         "multiple": _Sum(rest.fixed + of_order.value, half, rest.each - masking.each),
-        "noise": _noise(case, q),
+        **_measuring(case, q),
     }
 
 
-def _noise(case: Case, q: str) -> _Sum:
-    """Spread of the measurement itself."""
+def _measuring(case: Case, q: str) -> dict[str, _Sum]:
+    """What a second layer changes, if there is one, and the spread of the measurement itself."""
     values = np.asarray(case.measured[q], float)
-    return _Sum(0.0, 0.0, values - values.mean())
+    if case.layers is None:
+        return {"noise": _Sum(0.0, 0.0, values - values.mean())}
+    layered = np.asarray(case.layers[q], float)
+    return {
+        _LAYERS: _Sum(0.0, 0.0, layered - values),
+        "noise": _Sum(0.0, 0.0, layered - layered.mean()),
+    }

@@ -8,6 +8,7 @@ import numpy as np
 from .style import (
     BLACK,
     BLUE,
+    GREEN,
     GREY,
     ORANGE,
     SMALL,
@@ -30,6 +31,7 @@ _STYLE = {
     "losses": (GREY, "", "light lost"),
     "masking": (BLUE, "//", "masking of the structure"),
     "multiple": (VERMILION, "\\\\", "multiple scattering"),
+    "il_assumption": (GREEN, "++", "IL assumption"),
 }
 _NAMED = 0.02
 """Per cent: terms that reach this nowhere are not drawn, and named as left out."""
