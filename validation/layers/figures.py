@@ -87,7 +87,7 @@ def _cells(panel: Axes, rows: list[Row], quantity: str) -> None:
 GRAZING = 75.0
 RELIEFS = {
     (8.0, 0.5, 8.0): (BLACK, "o", "γ 8, σ 0.5"),
-    (8.0, 0.5, 16.0): (BLUE, "s", "the same, L of 16 cells"),
+    (8.0, 0.5, 16.0): (BLUE, "s", "γ 8, σ 0.5, L = 16 cells"),
     (8.0, 0.25, 8.0): (ORANGE, "^", "γ 8, σ 0.25"),
     (2.0, 0.5, 8.0): (VERMILION, "D", "γ 2, σ 0.5"),
 }

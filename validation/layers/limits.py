@@ -44,9 +44,9 @@ THIN_GAPS = tuple(2.0**-k for k in range(6, 0, -1))
 ASYMPTOTIC = 1 / 8
 """Gaps up to it are fitted."""
 RESOLVED = 6.0
-"""Standard errors that the difference at the last of them must have."""
+"""Standard errors that the difference at the last of them must have, half at the one before."""
 THIN_THETAS, THIN_KDS = (75.0,), (0.1, 0.3, 0.8)
-THIN_PATHS, ALONE_PATHS = 24_000, 96_000
+THIN_PATHS, ALONE_PATHS = 96_000, 192_000
 
 
 @dataclass(frozen=True)
@@ -126,11 +126,12 @@ def with_interval(layers: Array, facets: Array) -> tuple[Array, Array]:
 
 
 def power_fit(layers: Array, facets: Array) -> Row:
-    """`with_interval`, where the difference at the largest gap is resolved, else nothing."""
+    """`with_interval`, where the differences at the largest gaps are resolved, else nothing."""
     largest = THIN_GAPS.index(ASYMPTOTIC)
-    percent, error = relative(layers[largest], facets)
-    if abs(percent) <= RESOLVED * error:
-        return {"fitted": False}
+    for gap, least in ((largest, RESOLVED), (largest - 1, RESOLVED / 2)):
+        percent, error = relative(layers[gap], facets)
+        if abs(percent) <= least * error:
+            return {"fitted": False}
     (a, p), (a_half, p_half) = with_interval(layers, facets)
     return {
         "fitted": True, "coefficient": float(a), "coefficient_half": float(a_half),
@@ -155,7 +156,7 @@ def thin_rows() -> Iterator[Row]:
 
 THICK_GAPS = (2.0, 5.0, 20.0, 50.0)
 THICK_THETAS, KD = (0.0,), 0.8
-THICK_PATHS, NODE_PATHS, NODES = 16_000, 1_000, 24
+THICK_PATHS, NODE_PATHS, NODES = 48_000, 2_000, 24
 INDEPENDENT = Pair(8.0, 0.5, 1.0, 0.0)
 THICK_PAIRS = (
     INDEPENDENT,
