@@ -38,6 +38,7 @@ atlas: $(READY)
 layers: $(READY)
 	$(BIN)/python -m validation.layers.atlas
 	$(BIN)/python -m validation.layers.limits
+	$(BIN)/python -m validation.independent_layers.run
 
 calibration: $(READY)
 	$(BIN)/python -m validation.calibration.run

@@ -1,0 +1,84 @@
+"""Two layers that know nothing of each other: traced surfaces against three theories.
+
+    python -m validation.independent_layers.run     # goes on where it was stopped
+
+Writes reports/layers/independent.csv (light of each source, and how far it is from the two
+traced surfaces, with standard errors over realisations) and the figure. What is traced lies in
+reports/latest/independent_layers.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microsurf.cli.save import rounded, save
+
+from . import figures
+from .cases import GAPS, QUANTITIES, SOURCES, THETAS, WALKS, light_of
+
+Array = NDArray[np.float64]
+Row = dict[str, Any]
+
+OUT = Path(__file__).parents[2] / "reports" / "layers"
+STRUCTURE = "smith-walk over il"
+"""What Smith's walk is off by on one layer of the same interfaces: the structure's effect."""
+
+
+def over(ones: Array, others: Array) -> tuple[float, float]:
+    """Mean of ones over that of others, less 1, in percent, and its standard error.
+
+    Traces of the same realisations are paired; of a theory there is one value, of WALKS walks.
+    """
+    ratio = ones.mean() / others.mean()
+    variance = 0.0
+    if len(ones) == len(others):
+        variance = float(np.var(ones - ratio * others, ddof=1)) / len(others)
+    else:
+        for values, factor in ((ones, 1.0), (others, ratio)):
+            mean = values.mean()
+            one = len(values) == 1
+            spread = mean * (1 - mean) / WALKS if one else np.var(values, ddof=1) / len(values)
+            variance += float(factor**2 * spread)
+    return 100 * (ratio - 1), 100 * float(np.sqrt(variance)) / others.mean()
+
+
+def rows() -> Iterator[Row]:
+    """One row a source, quantity, incidence and γ."""
+    for gamma in GAPS:
+        light = {source: light_of(gamma, source) for source in SOURCES}
+        for (t, theta), (q, quantity) in product(enumerate(THETAS), enumerate(QUANTITIES)):
+            values = {source: light[source][:, t, q] for source in SOURCES}
+            pairs = {source: (values[source], values["layers"]) for source in SOURCES[1:]}
+            pairs[STRUCTURE] = values["smith-walk"], values["il"]
+            for source, (ones, others) in pairs.items():
+                if np.isnan(ones).any():
+                    continue
+                percent, error = over(ones, others)
+                yield {
+                    "gamma": gamma, "gap_over_length": GAPS[gamma], "theta_i": theta,
+                    "quantity": quantity, "source": source, "value": float(ones.mean()),
+                    "reference": float(others.mean()), "percent": percent, "percent_error": error,
+                }  # fmt: skip
+
+
+def main() -> None:
+    """Trace what is missing, write table and figure."""
+    table = list(rows())
+    OUT.mkdir(parents=True, exist_ok=True)
+    figure = figures.figure(table)
+    save(
+        OUT,
+        {
+            "independent.csv": rounded(table, 5),
+            "independent.png": figure,
+            "independent.pdf": figure,
+        },
+    )
+
+
+if __name__ == "__main__":
+    main()
