@@ -34,6 +34,9 @@ FORMATS = {
 _SHARED = {".tif", ".tiff"}
 """Endings under which another reader may know the file."""
 
+_PARK_MAGIC, _PARK_HEIGHTS = 50432, (50434, 50435)
+"""Tags of Park Systems' TIFFs: their mark; heights and their header."""
+
 _OTHER_KINDS = ("amplitude", "phase", "error", "deflection", "friction", "current", "potential")
 """Words in the names of channels that hold no heights."""
 
@@ -67,14 +70,26 @@ def read(path: Path, declared: Declared) -> HeightMap | None:
 
 
 def _by_park(path: Path) -> bool:
-    """Whether a TIFF has Park Systems' magic tag 50432; other TIFFs are images."""
+    """Whether a TIFF has Park Systems' magic tag; other TIFFs are images.
+
+    Raises
+    ------
+    InputError
+        If it has, and was cut short: Pillow leaves out tags that lie beyond a file's end.
+
+    """
     from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - only where it is needed
 
     try:
         with Image.open(path) as image:
-            return 50432 in getattr(image, "tag_v2", {})
+            tags = set(getattr(image, "tag_v2", ()))
     except (UnidentifiedImageError, OSError, ValueError):
         return False
+    if _PARK_MAGIC not in tags:
+        return False
+    if not tags.issuperset(_PARK_HEIGHTS):
+        raise InputError("a TIFF by Park Systems, cut short: it ends before its heights do")
+    return True
 
 
 def _holds_heights(channel: Any) -> bool:

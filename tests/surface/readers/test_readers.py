@@ -173,6 +173,24 @@ def test_truncated_files_are_refused_or_whole(tmp_path, name, keep):
     assert "\n" not in str(caught.value)
 
 
+def test_a_park_tiff_without_its_heights_was_cut_short(tmp_path):
+    """A mark and nothing behind it, as Pillow sees a file of which half is there."""
+    path = tmp_path / "s.tiff"
+    image = Image.fromarray(np.zeros((8, 8), np.uint8))
+    image.save(path, tiffinfo={50432: 0x0E031301})
+    with pytest.raises(InputError, match="ends before its heights do"):
+        read_surface(path)
+
+
+@measured
+def test_half_a_park_tiff_was_cut_short(tmp_path):
+    whole = topography("example_ps.tiff").read_bytes()
+    path = tmp_path / "half.tiff"
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="ends before its heights do"):
+        read_surface(path)
+
+
 @measured
 @pytest.mark.parametrize("ending", [".al3d", ".di", ".tiff", ".frt", ".dat", ".x3p", ".png"])
 def test_another_format_under_an_ending_is_refused(tmp_path, ending):
