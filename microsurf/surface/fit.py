@@ -2,7 +2,8 @@
 
 See `slope_likelihood` for the likelihood and the intervals. The axes are those of the
 scatter of the slopes: σ_x is that of the axis nearer to x, `azimuth` the angle to it
-from +x towards +y (as seen from above, where y is down, clockwise), −45° … 45°.
+from +x towards +y (as seen from above, where y is down, clockwise), −45° … 45°, less the lean
+of facets towards the grid, see `lay`.
 Every cell is split by either diagonal, so that a mesh's own does not pass for a lay.
 """
 
@@ -16,8 +17,9 @@ from scipy import stats
 from ..errors import InputError
 from ..stats import intervals
 from .heightfield import Heightfield, slopes_of_both_splits
+from .lay import lean
 from .slope_likelihood import FEW_TILES, MAX_ETA, TILES, Maximum, covariance, maximise
-from .statistics import ks_distance, lengths_across
+from .statistics import correlation_areas, ks_distance, lengths_across
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -25,8 +27,10 @@ Interval = tuple[float, float]
 MIN_FACETS = 2 * TILES**2
 LEAST_LENGTHS = 16
 """Correlation lengths across a surface below which its eighths know of each other: the tiles of the
-intervals are quarters there. Of maps 6 lengths wide the intervals of γ and σ then hold the truth in
-36 and 37 of 40, with eighths in 33 and 34; of maps 4 wide in 33 and 37, not 27 and 32."""
+intervals are quarters there, and no interval is narrower than one facet of each correlation area
+would make it. Scores of tiles that are one length wide say too little of how they hang together."""
+LEAST_AREAS = 2.0
+"""Correlation areas that a surface is taken to have at least."""
 ISOTROPY_LEVEL = 0.01
 """Probability with which an isotropic surface is called one with a direction."""
 _BECKMANN_ETA = 1e-3
@@ -91,18 +95,22 @@ def fit_std(h: Heightfield) -> StdFit:
     flat = _flatten(p, q, measured)
     sloping = (p, q) if measured is None else (p[measured], q[measured])
     general = _checked(*sloping, flat)
-    tiles = TILES if lengths_across(h) >= LEAST_LENGTHS else FEW_TILES
+    narrow = lengths_across(h) < LEAST_LENGTHS
+    tiles = FEW_TILES if narrow else TILES
     cov, naive, dof = covariance(p, q, general, measured, tiles)
     isotropy = _isotropy(general, cov, dof)
     result = general
     if isotropy > ISOTROPY_LEVEL:
         result = maximise(*sloping, isotropic=True)
         cov, naive, dof = covariance(p, q, result, measured, tiles)
-    reach = intervals.student(dof)
     jacobian = _jacobian(result.scatter)
     sizes = _axes(result.scatter)
-    errors = reach * np.sqrt(np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T))
-    by_eta, by_m = reach * np.sqrt(np.diagonal(cov)[:2])
+    reach = _reach(cov, dof, jacobian)
+    if narrow:
+        areas = max(correlation_areas(h), LEAST_AREAS)
+        few = _reach(naive * (sloping[0].size / areas), areas - 1, jacobian)
+        reach = np.maximum(reach, few)
+    by_eta, by_m, errors = reach[0], reach[1], reach[2:]
     sigma = float(np.exp((sizes[0] + sizes[1]) / 2))
     directed = result is general
     if not directed:
@@ -114,7 +122,12 @@ def fit_std(h: Heightfield) -> StdFit:
             f"γ = {gamma:.4g}, σ = {sigma:.4g}: their likelihood gives no interval, so these are "
             "no fit; take a larger surface"
         )
-    degrees = np.degrees([sizes[2], sizes[2] - errors[2], sizes[2] + errors[2]])
+    azimuth = sizes[2]
+    if directed:
+        leaning = lean(h, p, q, general, np.linalg.inv(naive) / sloping[0].size)
+        # The lean is least where the axes change their names.
+        azimuth = np.clip(azimuth - jacobian[2] @ leaning[1:], -np.pi / 4, np.pi / 4)
+    degrees = np.degrees([azimuth, azimuth - errors[2], azimuth + errors[2]])
     dx, dy = h.pixel
     return StdFit(
         gamma=gamma,
@@ -202,6 +215,12 @@ def _checked(p: Array, q: Array, flat: float) -> Maximum:
             "`microsurf measure --surface` needs none"
         )
     return result
+
+
+def _reach(cov: Array, dof: float, jacobian: Array) -> Array:
+    """Halves of the intervals of η, m and `_axes`, shape (5,)."""
+    axes = np.diagonal(jacobian @ cov[1:, 1:] @ jacobian.T)
+    return np.asarray(intervals.student(dof) * np.sqrt([*np.diagonal(cov)[:2], *axes]))
 
 
 def _around(value: float, reach: float) -> Interval:

@@ -192,14 +192,7 @@ def covariance(
         measured = np.ones(p.shape, dtype=np.bool_)
 
     def score(u: Array, v: Array, eta: float) -> Array:
-        _, by_eta, weight = _kernel(u * u + v * v, eta)
-        parts = [
-            -by_eta,
-            weight * (u * u + v * v) - 1,
-            weight * (u * u - v * v),
-            weight * 2 * u * v,
-        ]
-        return np.where(measured, np.stack(parts), 0.0)
+        return np.where(measured, _scores(u, v, eta), 0.0)
 
     first = score(u, v, result.eta)
     step = 1e-4
@@ -222,6 +215,43 @@ def covariance(
     meat = sums @ weights @ sums.T / max(1 - weights.sum() / count**2, 0.1)
     dof = max(count**2 / float(np.sum(weights**2)) - 1, 1.0)
     return np.asarray(inverse @ meat @ inverse), np.asarray(inverse), dof
+
+
+def moved(before: Array, after: Array, result: Maximum, information: Array) -> Array:
+    """How a maximum moves in (η, m, d, e), see `covariance`, where all slopes change a little.
+
+    One step of Newton's method.
+
+    Parameters
+    ----------
+    before, after : ndarray, shapes (2, splits, count) and (2, count)
+        Slopes (p, q) of some cells: of their facets, and what these become.
+    result : Maximum
+        Of all facets.
+    information : ndarray, shape (4, 4)
+        Of one facet.
+
+    """
+    whiten = np.linalg.inv(np.linalg.cholesky(result.scatter))
+    (u, v), (u_after, v_after) = (
+        np.einsum("ij,j...->i...", whiten, slopes) for slopes in (before, after)
+    )
+    old, new = _scores(u, v, result.eta), _scores(u_after, v_after, result.eta)
+    difference = new.mean(axis=-1) - old.mean(axis=(-2, -1))
+    return np.asarray(np.linalg.solve(information, difference))
+
+
+def _scores(u: Array, v: Array, eta: float) -> Array:
+    """Derivatives of ln f by (η, m, d, e) at whitened slopes, shape (4, …)."""
+    _, by_eta, weight = _kernel(u * u + v * v, eta)
+    return np.stack(
+        [
+            -by_eta,
+            weight * (u * u + v * v) - 1,
+            weight * (u * u - v * v),
+            weight * 2 * u * v,
+        ]
+    )
 
 
 def _bartlett(there: Mask) -> Array:

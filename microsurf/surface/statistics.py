@@ -221,6 +221,13 @@ def lengths_across(h: Heightfield) -> float:
     return min(side / length if length else 0.0 for side, length in sides)
 
 
+def correlation_areas(h: Heightfield) -> float:
+    """Area over the product of both correlation lengths; a missing one is its side."""
+    sides = h.heights.shape[::-1]
+    lengths = zip(sides, correlation_lengths(h), strict=True)
+    return float(np.prod([side / (length or side) for side, length in lengths]))
+
+
 def _first_crossing(covariance: Array) -> float | None:
     half = covariance[: covariance.size // 2 + 1]
     below = np.flatnonzero(half < half[0] / np.e)

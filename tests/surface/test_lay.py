@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
-from judge import rate
+from judge import distant, rate
+from scipy import stats
 from scipy.optimize import minimize
 
 from microsurf.errors import InputError
 from microsurf.surface import Heightfield, facet_slopes, fit_std, generate_surface
-from microsurf.surface.slope_likelihood import maximise
-from validation.coverage.axes import turned
+from microsurf.surface.heightfield import slopes_of_both_splits
+from microsurf.surface.slope_likelihood import FEW_TILES, covariance, maximise
+from validation.coverage.axes import facet_azimuth, turned
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 17.0, 45.0, -30.0])
@@ -37,6 +39,54 @@ def test_intervals_of_the_azimuth_hold(judge):
         for f in fits
     ]
     judge.catches(rate(sum(narrow), 60, 0.88, 1.0))
+
+
+@pytest.mark.parametrize("gamma", [np.inf, 2.5])
+def test_axes_of_facets_lean_and_the_fit_does_not(judge, gamma):
+    """By what theory says of differences over a cell; negative control: no lean at all."""
+    rng = np.random.default_rng(judge.seed(72))
+    expected = facet_azimuth((6.0, 12.0), 17.0) - 17.0
+    leans = []
+    for _ in range(8):
+        h = turned(128, (6.0, 12.0), 17.0, rng, gamma)
+        p, q, _ = slopes_of_both_splits(h)
+        top = maximise(p, q).scatter
+        facets = np.degrees(np.arctan2(2 * top[0, 1], top[0, 0] - top[1, 1]) / 2)
+        leans.append(facets - fit_std(h).azimuth)
+    error = np.std(leans, ddof=1) / np.sqrt(len(leans))
+    # Theory is that of γ = ∞, and differences of fourth order leave the sixth.
+    judge.near(np.mean(leans), expected, error, dof=7, within=0.05)
+    judge.catches(distant(np.mean(leans), 0.0, error, 7, 0.05), 1e-3)
+
+
+def test_a_lay_of_an_oblong_pixel_has_its_own_azimuth(judge):
+    """Every second row of a lay: differences over two cells along y lean more, slopes do not."""
+    rng = np.random.default_rng(judge.seed(73))
+    offs = []
+    for _ in range(8):
+        h = turned(192, (8.0, 16.0), 17.0, rng)
+        oblong = fit_std(Heightfield(h.heights[::2], (1.0, 2.0), "mirror"))
+        offs.append(oblong.azimuth - fit_std(h).azimuth)
+    error = np.std(offs, ddof=1) / np.sqrt(len(offs))
+    judge.near(np.mean(offs), 0.0, error, dof=7, within=0.1)
+
+
+@pytest.mark.long
+def test_narrow_maps_count_correlation_areas(judge):
+    """Cut-outs 6 lengths wide; negative control: what their quarters alone say."""
+    whole = generate_surface(2.5, 0.3, cells=768, seed=judge.seed(74)).heights
+    parts = [whole[y : y + 48, x : x + 48] for y in range(0, 768, 48) for x in range(0, 768, 48)]
+    held, quarters = 0, 0
+    for part in parts:
+        h = Heightfield(part, boundary="mirror")
+        fit = fit_std(h)
+        held += fit.gamma_ci[0] < 2.5 < fit.gamma_ci[1]
+        p, q, _ = slopes_of_both_splits(h)
+        top = maximise(p, q, isotropic=True)
+        cov, _, dof = covariance(p, q, top, None, FEW_TILES)
+        quarters += abs(top.eta - 1 / 1.5) < stats.t.ppf(0.975, dof) * np.sqrt(cov[0, 0])
+    judge.keeps(rate(held, len(parts), 0.9, 0.99))
+    judge.catches(rate(quarters, len(parts), 0.9, 0.99), 1e-2)
 
 
 def test_isotropic_surfaces_have_no_direction(judge):

@@ -198,10 +198,9 @@ def _remarks(h: Heightfield) -> list[str]:
     across = lengths_across(h)
     if across >= LEAST_LENGTHS:
         return []
+    said = "too few to see how facets hang together: one of each correlation area counts"
     advice = f"take a surface of {LEAST_LENGTHS} or more, or fill voids instead of cropping"
-    return [
-        f"{across:.3g} correlation lengths across: its intervals may be too narrow; {advice}",
-    ]
+    return [f"{across:.3g} correlation lengths across, {said}; {advice}"]
 
 
 def _plain(value: Any) -> Any:
