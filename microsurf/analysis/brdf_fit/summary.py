@@ -1,16 +1,20 @@
 """The numbers of a fit by name, for JSON and for people."""
 
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...scene import BECKMANN
 from .fit import BrdfFit, Fitted
-from .intervals import half_width, interval
+from .intervals import Refits
 from .later_orders import kd_of
 from .parameters import MOST_ETA, gamma_of
 from .verdict import NARROW
+
+Array = NDArray[np.float64]
 
 _STILL = 1e-6  # change of η over refits that is none
 
@@ -78,27 +82,29 @@ def parameters(fit: Fitted) -> dict[str, Any]:
     """Parameters of one fit, each with its 95 % interval."""
     layout, solution = fit.question.layout, fit.solution
     index = {name: k for k, name in enumerate(layout.names)}
-    without = fit.resampled.vectors
+    resampled = fit.resampled
     of = layout.values(solution.vector)
     shape = layout.shape(solution.vector)
-    shapes = [layout.shape(vector) for vector in without]
     values: dict[str, Any] = {"gamma": min(shape.gamma, BECKMANN)}
     if "eta" in index:
-        etas = without[:, index["eta"]]
-        low, high = interval(of["eta"], etas, 0.0, MOST_ETA)
+        low, high = resampled.interval(of["eta"], index["eta"], 0.0, MOST_ETA)
         ends = [min(gamma_of(high), BECKMANN), min(gamma_of(low), BECKMANN)]
         # Where every refit stops at a bound, they say nothing about how far it is from there.
+        etas = resampled.incidences.vectors[:, index["eta"]]
         values["gamma_ci"] = None if np.ptp(etas) < _STILL else ends
     for axis in ("sigma",) if layout.isotropic else ("sigma_x", "sigma_y"):
         name = "sigma_x" if axis == "sigma" else axis
-        logs = np.log([getattr(s, name) for s in shapes])
-        half = float(half_width(logs))
+        half = float(resampled.half_width(partial(_logs, fit, name)))
         sigma = getattr(shape, name)
         values[axis] = sigma
         values[f"{axis}_ci"] = [float(sigma * np.exp(-half)), float(sigma * np.exp(half))]
     if not layout.isotropic:
-        turns = np.degrees(shape.azimuth + _halfway([s.azimuth - shape.azimuth for s in shapes]))
-        half = min(float(half_width(turns)), 90.0)
+        half = float(
+            resampled.half_width(
+                lambda r: np.degrees(_halfway(_shapes(fit, r, "azimuth") - shape.azimuth))
+            )
+        )
+        half = min(half, 90.0)
         azimuth = float(np.degrees(shape.azimuth))
         values["azimuth"] = azimuth
         values["azimuth_ci"] = [azimuth - half, azimuth + half]
@@ -107,37 +113,46 @@ def parameters(fit: Fitted) -> dict[str, Any]:
         if name in index:
             values[name] = of[name]
             bounds = (float(end[index[name]]) for end in layout.bounds)
-            values[f"{name}_ci"] = list(interval(of[name], without[:, index[name]], *bounds))
+            values[f"{name}_ci"] = list(resampled.interval(of[name], index[name], *bounds))
     return {**values, **_by_channel(fit)}
 
 
-def _halfway(differences: list[float]) -> Any:
+def _logs(fit: Fitted, name: str, refits: Refits) -> Array:
+    return np.asarray(np.log(_shapes(fit, refits, name)))
+
+
+def _shapes(fit: Fitted, refits: Refits, name: str) -> Array:
+    """One number of the slopes of each refit, shape (groups,)."""
+    shapes = map(fit.question.layout.shape, refits.vectors)
+    return np.array([getattr(shape, name) for shape in shapes])
+
+
+def _halfway(differences: Array) -> Array:
     """Differences of axes, which repeat after half a turn, nearest to 0."""
-    return (np.asarray(differences) + np.pi / 2) % np.pi - np.pi / 2
+    return np.asarray((differences + np.pi / 2) % np.pi - np.pi / 2)
 
 
 def _by_channel(fit: Fitted) -> dict[str, Any]:
-    channel, without = fit.solution.channel, fit.resampled.channels
+    channel, resampled = fit.solution.channel, fit.resampled
     if fit.question.material.body is None:
-        half = half_width(without)
+        half = resampled.half_width(lambda refits: refits.channels)
         return {name: channel[:, k].tolist() for k, name in enumerate(("n", "k"))} | {
             f"{name}_ci": np.stack(
                 [np.maximum(channel[:, k] - half[:, k], 0), channel[:, k] + half[:, k]], axis=1
             ).tolist()
             for k, name in enumerate(("n", "k"))
         }
-    if "k" in fit.question.layout.names:
-        kd, others = channel, without
-    else:
-        # Kd belongs to the weight w at the index of the same fit.
-        at = fit.question.layout.names.index("n")
-        kd = np.array([kd_of(w, fit.solution.vector[at]) for w in channel])
-        others = np.array(
-            [
-                [kd_of(w, vector[at]) for w in row]
-                for row, vector in zip(without, fit.resampled.vectors, strict=True)
-            ]
-        )
-    half = half_width(others)
+    kd = _kd(fit, fit.solution.vector, channel)
+    half = resampled.half_width(
+        lambda refits: np.array([_kd(fit, *one) for one in zip(*refits, strict=True)])
+    )
     low, high = np.maximum(kd - half, 0), np.minimum(kd + half, 1)
     return {"kd": kd.tolist(), "kd_ci": np.stack([low, high], axis=1).tolist()}
+
+
+def _kd(fit: Fitted, vector: Array, weights: Array) -> Array:
+    """Kd of each channel; a body weight belongs to the index of the same fit."""
+    names = fit.question.layout.names
+    if "k" in names:
+        return weights
+    return np.array([kd_of(w, vector[names.index("n")]) for w in weights])

@@ -5,15 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made import closed_form, directions, measured
-from scipy import stats
 
 from microsurf.analysis.brdf_fit import aperture, later_orders, verdict
 from microsurf.analysis.brdf_fit.fit import fit_brdf
 from microsurf.analysis.brdf_fit.held_out import held_out
 from microsurf.analysis.brdf_fit.inside import best_weights
-from microsurf.analysis.brdf_fit.intervals import half_width
 from microsurf.analysis.brdf_fit.materials import MATERIALS
-from microsurf.analysis.brdf_fit.nearby import follow
+from microsurf.analysis.brdf_fit.nearby import derivatives, follow
 from microsurf.analysis.brdf_fit.parameters import Layout
 from microsurf.analysis.brdf_fit.problem import problem_of
 from microsurf.analysis.brdf_fit.scene_of import scene_of
@@ -240,6 +238,10 @@ def test_following_reaches_what_a_search_reaches(paint):
         near, searched = follow(some, whole), refine(some, whole.vector)
         assert near.rms == pytest.approx(searched.rms, rel=1e-4)
         assert near.rms < evaluated(some, whole)
+        slopes = derivatives(question, whole)[:, problem.groups != 5]
+        straight = follow(some, whole, slopes.reshape(len(slopes), -1))
+        moved = np.abs(near.vector - whole.vector).max()
+        np.testing.assert_allclose(straight.vector, near.vector, atol=0.03 * moved)
 
 
 def evaluated(question, solution):
@@ -250,17 +252,3 @@ def test_held_out_incidences_are_the_nearest(paint):
     mask, angles = held_out(problem_of(paint), (30.0, 60.0))
     assert np.allclose(np.unique(np.degrees(paint.theta_i[mask]).round(2)), angles)
     assert held_out(problem_of(paint), (89.0,))[1] == []
-
-
-def test_the_jackknife_of_a_mean_is_its_t_interval():
-    x = np.random.default_rng(0).standard_normal(9)
-    without = np.array([np.delete(x, k).mean() for k in range(9)])
-    usual = stats.t.ppf(0.975, 8) * x.std(ddof=1) / 3
-    assert half_width(without) == pytest.approx(usual, rel=1e-12)
-
-
-def test_a_variance_of_one_square_has_two_degrees_of_freedom():
-    """One of many groups alone moves the fit; n alike have n − 1, as the mean above."""
-    without = np.zeros(4000)
-    without[0] = 1.0
-    assert half_width(without) == pytest.approx(stats.t.ppf(0.975, 2), rel=2e-3)
