@@ -146,7 +146,7 @@ def walk_against_quadrature(seed: int, defect: str = "") -> float:
         right = walk_facet(scene, kd)
         return _wrong_facet(right, defect) if defect in {"F", "T", "r_i"} else right
 
-    with patch.multiple(evaluate, slope_parameters=parameters, walk_facet=of_facet):
+    with patch.multiple(walks, slope_parameters=parameters, walk_facet=of_facet):
         rng = np.random.default_rng(seed)
         f, se = evaluate.evaluate_walk(SMITH, i, o, "smith-walk", WALKS, rng, (1, 1))
     # The table of Λ is good to 1e−10: 1e−9 covers what it leaves.
