@@ -84,3 +84,14 @@ def test_without_embreex_it_is_absent_not_broken(monkeypatch):
     assert found.detail.startswith("absent: embreex")
     assert not found.figures
     assert false_alarms.critical(100, referee.RATE) > 5
+
+
+@pytest.mark.parametrize(("rare", "allowed"), [(5.6e-6, True), (0.02, False)])
+def test_light_that_one_engine_hardly_draws_is_no_alarm_and_much_light_is(rare, allowed):
+    """One engine carries a small weight in each run, the other draws it and had none."""
+    rng = np.random.default_rng(5)
+    bins = 46 * 36
+    sides = rng.normal(0.1, 0.002, (2, referee.RUNS, 4, 2, 46, 36)) / bins
+    sides[0, :, 3], sides[1, :, 3] = rare / bins, 0.0
+    z = [values[0] for _, values in referee._quantities(*sides)]
+    assert (np.abs(z).max() < 5) == allowed
