@@ -6,6 +6,7 @@ import sys
 import time
 from contextlib import suppress
 
+import forked
 import psutil
 
 LISTEN = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -18,11 +19,11 @@ whatever that starts: `make test` in a script, and a test's children.
 
 def start(*words, **options):
     """Start `microsurf` so that it can be interrupted, wherever the tests were started."""
-    return python(LISTEN + "from microsurf.cli import main; main()", *words, **options)
+    return forked.Child(LISTEN + forked.MAIN, *words, **options)
 
 
 def python(code, *words, **options):
-    """Start Python with code, its standard output and error to be read."""
+    """Start a fresh Python with code, its standard output and error to be read."""
     return subprocess.Popen(  # noqa: S603 - our own
         [sys.executable, "-c", code, *map(str, words)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,

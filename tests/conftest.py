@@ -5,7 +5,12 @@ import os
 import mpmath
 import pytest
 from hypothesis import settings
+
+# As the command line has it: matrices are small, and two threads wait for each other's core.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read where numpy is loaded, as `judge` does
 from judge import KEY, Ledger, fresh, judge, new_seed, verdict
+
+from microsurf.report.figures import figure
 
 __all__ = ["judge", "new_seed"]  # fixtures
 
@@ -62,6 +67,13 @@ def pytest_terminal_summary(terminalreporter, config):
 def _own_cache(tmp_path_factory, monkeypatch):
     """What microsurf remembers is that of this run of the tests, in its children too."""
     monkeypatch.setenv("MICROSURF_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave figures empty, for tests of all else: they are most of a small run's time."""
+    monkeypatch.setattr(figure, "_drawn", lambda *_: b"<svg/>")
+    monkeypatch.setattr(figure, "_raster", lambda _: b"no PNG")
 
 
 @pytest.fixture(autouse=True)

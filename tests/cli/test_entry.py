@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 
 import children
+import forked
 import numpy as np
 import pytest
 import xarray as xr
@@ -247,17 +248,9 @@ def test_csv_of_a_spreadsheet_is_read(run):
 
 def piped(text, *arguments, name="-"):
     """What the command prints of this on its standard input."""
-    command = [
-        sys.executable,
-        "-c",
-        "from microsurf.cli import main; main()",
-        *(name if a is None else str(a) for a in arguments),
-    ]
-    ran = subprocess.run(  # noqa: S603 - our own
-        command, input=text, capture_output=True, timeout=300, check=False
-    )
+    ran = forked.run(forked.MAIN, *(name if a is None else str(a) for a in arguments), content=text)
     assert ran.returncode == 0, ran.stderr
-    return ran.stdout.decode()
+    return ran.stdout
 
 
 @pytest.mark.skipif(not Path("/dev/stdin").exists(), reason="needs /dev/stdin")
@@ -669,15 +662,21 @@ def test_a_failed_write_keeps_what_was_there(run, tmp_path, monkeypatch):
     assert Path("s.npz").read_bytes() == b"before"
 
 
-def checked(monkeypatch, *invariants):
-    """What microsurf itself comes to takes a minute: here it came to this."""
-    found = SelfTest(list(invariants), None, "2020-01-01 00:00")
-    monkeypatch.setattr(VALIDATE, "self_test", lambda *_, **__: found)
+@pytest.fixture
+def checked(monkeypatch, undrawn):  # noqa: ARG001 - as it is for its effect
+    """What microsurf itself comes to takes a minute: here it came to the invariants given."""
+
+    def give(*invariants):
+        found = SelfTest(list(invariants), None, "2020-01-01 00:00")
+        monkeypatch.setattr(VALIDATE, "self_test", lambda *_, **__: found)
+
+    give()
+    return give
 
 
-def test_an_unexpected_verdict_is_1(run, monkeypatch):
+@pytest.mark.usefixtures("checked")
+def test_an_unexpected_verdict_is_1(run):
     """A flat surface is a flat surface, so a margin of 50 % holds."""
-    checked(monkeypatch)
     for verdict, code in (("departs", 1), ("holds", 0)):
         expected = f'[expect.total]\nverdict = "{verdict}"\nmargin = 0.5\n'
         text = SCENE + "[roughness]\nsigma = 0\n" + expected
@@ -695,9 +694,8 @@ def test_an_unexpected_verdict_is_1(run, monkeypatch):
         assert found["broken"] == []
 
 
-def test_a_broken_invariant_is_1(run, monkeypatch):
-    broken = Invariant("reciprocity", "f(i, o) = f(o, i)", 6.0, 5.0, "|z|")
-    checked(monkeypatch, broken)
+def test_a_broken_invariant_is_1(run, checked):
+    checked(Invariant("reciprocity", "f(i, o) = f(o, i)", 6.0, 5.0, "|z|"))
     Path("scene.toml").write_text(SCENE + "[roughness]\nsigma = 0\n")
     ran = run("validate", "scene.toml", "--out", "r", "--json")
     found = json.loads(ran.out)
@@ -715,10 +713,10 @@ def huge(i, o): return np.full(len(o), 1.7e308)
 LAMBERT = "[material]\nn = 1.0\nkd = 0.5\n[roughness]\nsigma = 0\n[light]\ntheta = [60]\n"
 
 
+@pytest.mark.usefixtures("checked")
 def test_a_user_brdf_stands_in_the_models_place(run, refused, monkeypatch):
     """n = 1 and σ = 0 is Lambert's, so that a callable of one line is right or wrong."""
     monkeypatch.setattr(sys, "path", list(sys.path))
-    checked(monkeypatch)
     Path("own_lambert.py").write_text(OWN)
     Path("scene.toml").write_text(LAMBERT + "[accuracy]\npaths = 2000\n")
     options = ("validate", "scene.toml", "--out", "r", "--json", "--model")
@@ -744,8 +742,8 @@ def test_a_user_brdf_stands_in_the_models_place(run, refused, monkeypatch):
     sys.modules.pop("own_lambert")
 
 
-def test_what_moved_is_told_and_does_not_change_the_exit_code(run, refused, monkeypatch):
-    checked(monkeypatch)
+@pytest.mark.usefixtures("checked")
+def test_what_moved_is_told_and_does_not_change_the_exit_code(run, refused):
     scene = LAMBERT + "[accuracy]\npaths = 2000\n"
     Path("scene.toml").write_text(scene)
     run("validate", "scene.toml", "--out", "r")
@@ -776,7 +774,7 @@ def test_interrupted_is_130_with_one_line_and_no_half_file(run, tmp_path):
     options = ("--theta", "60", "--paths", "100000000", "--out", str(tmp_path / "m.nc"))
     with children.start("measure", *SURFACE, *options) as process:
         try:
-            children.wait_for_work(process, 5)  # loading takes about 2.5 s, all else is tracing
+            children.wait_for_work(process, 2)  # reading what is compiled takes less
             process.send_signal(signal.SIGINT)
             _, err = process.communicate(timeout=30)
         finally:

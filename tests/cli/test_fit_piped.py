@@ -1,10 +1,9 @@
 """`microsurf fit -`: what is piped in is known by its first bytes."""
 
 import json
-import subprocess
-import sys
 import tempfile
 
+import forked
 import numpy as np
 import pytest
 
@@ -12,27 +11,22 @@ from microsurf.results.measured_brdf import write_csv
 from microsurf.results.measured_brdf.scattered import MeasuredBrdf
 from microsurf.surface import generate_surface
 
-MICROSURF = "from microsurf.cli import main; main()"
-
 
 def piped(content, *more):
     """Run `microsurf fit -` with content on its standard input."""
-    return subprocess.run(  # noqa: S603 - ourselves
-        [sys.executable, "-c", MICROSURF, "fit", "-", *more],
-        input=content, capture_output=True, check=False, timeout=300,
-    )  # fmt: skip
+    return forked.run(forked.MAIN, "fit", "-", *more, content=content)
 
 
 def test_a_surface_is_fitted_as_from_its_file(tmp_path):
     np.save(tmp_path / "h.npy", generate_surface(2.0, 0.5, cells=64, seed=3).heights)
     ran = piped((tmp_path / "h.npy").read_bytes(), "--json")
-    assert (ran.returncode, ran.stderr) == (0, b"")
+    assert (ran.returncode, ran.stderr) == (0, "")
     found = json.loads(ran.stdout)
     assert found["sigma"] == pytest.approx(0.5, rel=0.1)
-    assert tempfile.gettempdir() not in ran.stdout.decode()
+    assert tempfile.gettempdir() not in ran.stdout
     ran = piped((tmp_path / "h.npy").read_bytes(), "--out", str(tmp_path / "scene.toml"))
     assert ran.returncode == 2
-    assert b"a scene names the file of its surface" in ran.stderr
+    assert "a scene names the file of its surface" in ran.stderr
     assert not (tmp_path / "scene.toml").exists()
 
 
@@ -44,28 +38,25 @@ def test_a_brdf_reaches_the_fit(tmp_path):
     brdf = MeasuredBrdf(nothing, nothing, theta, nothing, values, ("550 nm",), (550.0,), source="x")
     write_csv(brdf, tmp_path / "x.csv")
     ran = piped((tmp_path / "x.csv").read_bytes())
-    alone = subprocess.run(  # noqa: S603 - ourselves
-        [sys.executable, "-c", MICROSURF, "fit", str(tmp_path / "x.csv")],
-        capture_output=True, check=False, timeout=300,
-    )  # fmt: skip
+    alone = forked.run(forked.MAIN, "fit", tmp_path / "x.csv")
     assert (ran.returncode, ran.stdout) == (alone.returncode, alone.stdout)
     assert ran.returncode == 2
-    assert ran.stderr.count(b"\n") == 1
-    assert b"x.csv" not in ran.stderr
+    assert ran.stderr.count("\n") == 1
+    assert "x.csv" not in ran.stderr
 
 
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"", b"/dev/stdin"),
-        (b"PK\x03\x04\0\0\0", b"must be CSV, ASTM's text or .npy"),
-        (b"1 2\n3 4\n", b"/dev/stdin"),
-        (b"\x93NUMPY\x01\0", b"/dev/stdin"),
+        (b"", "/dev/stdin"),
+        (b"PK\x03\x04\0\0\0", "must be CSV, ASTM's text or .npy"),
+        (b"1 2\n3 4\n", "/dev/stdin"),
+        (b"\x93NUMPY\x01\0", "/dev/stdin"),
     ],
 )
 def test_what_is_nothing_known_is_refused(content, said):
     ran = piped(content)
     assert ran.returncode == 2
     assert said in ran.stderr
-    assert ran.stderr.count(b"\n") == 1
-    assert tempfile.gettempdir().encode() not in ran.stderr
+    assert ran.stderr.count("\n") == 1
+    assert tempfile.gettempdir() not in ran.stderr

@@ -6,6 +6,7 @@ import sys
 import time
 
 import children
+import forked
 import pytest
 
 from microsurf.cli import interrupt
@@ -37,8 +38,8 @@ with whole_file(Path("half.txt")) as temporary:
 @pytest.mark.parametrize(
     ("words", "work"),
     [
-        pytest.param(("surface", *ROUGH, "--cells", "3072", "--out", "s.npz"), 3, id="surface"),
-        pytest.param(("predict", *ROUGH, "--theta", ANGLES), 4, id="predict"),
+        pytest.param(("surface", *ROUGH, "--cells", "3072", "--out", "s.npz"), 0.6, id="surface"),
+        pytest.param(("predict", *ROUGH, "--theta", ANGLES), 1, id="predict"),
     ],
 )
 def test_long_stages_end_at_once(tmp_path, words, work, presses):
@@ -60,7 +61,7 @@ def test_long_stages_end_at_once(tmp_path, words, work, presses):
 
 def test_what_holds_the_interpreters_lock_ends_too(tmp_path):
     """As Embree does while it takes a mesh."""
-    with children.python(children.LISTEN + HOLDING, cwd=tmp_path) as process:
+    with forked.Child(children.LISTEN + HOLDING, cwd=tmp_path) as process:
         try:
             assert process.stdout.readline() == "True\n"
             time.sleep(1)  # until it is in there
@@ -96,7 +97,7 @@ time.sleep(100)
 def test_a_destructor_that_swallows_it_says_nothing(tmp_path):
     """Python printed `Exception ignored in …` and a traceback; other exceptions are still told."""
     begin = time.monotonic()
-    with children.python(children.LISTEN + SWALLOWING, cwd=tmp_path) as process:
+    with forked.Child(children.LISTEN + SWALLOWING, cwd=tmp_path) as process:
         _, err = process.communicate(timeout=300)
     assert time.monotonic() - begin < SECONDS + BUSY
     assert process.returncode == 130
@@ -121,7 +122,7 @@ last = Press()
 
 def test_a_press_after_the_end_changes_nothing(tmp_path):
     """All was written, and yet the process ended by the signal."""
-    with children.python(children.LISTEN + ENDING, cwd=tmp_path) as process:
+    with forked.Child(children.LISTEN + ENDING, cwd=tmp_path) as process:
         _, err = process.communicate(timeout=300)
     assert (process.returncode, err) == (0, "")
 

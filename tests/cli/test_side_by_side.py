@@ -7,6 +7,7 @@ import threading
 import time
 
 import children
+import forked
 import psutil
 import pytest
 
@@ -91,7 +92,7 @@ main()
 
 @pytest.mark.parametrize("code", [IN_ORDER, FAILING, LOST], ids=["order", "error", "lost"])
 def test_results_and_errors_come_in_the_order_of_names(code):
-    with children.python(BEGIN + code) as process:
+    with forked.Child(BEGIN + code) as process:
         assert process.communicate(timeout=120) == ("", "")
     assert process.returncode == 0
 
@@ -99,7 +100,7 @@ def test_results_and_errors_come_in_the_order_of_names(code):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_processes_end_with_the_command_and_leave_nothing(tmp_path, number):
     """Whether it is interrupted or killed, in the middle of a file."""
-    with children.python(children.LISTEN + BEGIN + ENDLESS, cwd=tmp_path) as process:
+    with forked.Child(children.LISTEN + BEGIN + ENDLESS, cwd=tmp_path) as process:
         others = [psutil.Process(int(process.stdout.readline())) for _ in range(2)]
         until = time.monotonic() + 60
         while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < until:
@@ -131,7 +132,7 @@ def test_a_report_has_the_same_bits_with_scenes_side_by_side(tmp_path):
         )
     words = ["validate", tmp_path / "a.toml", tmp_path / "b.toml", "--no-refine", "--out"]
     for workers, name in ((1, "alone"), (2, "both")):
-        with children.python(UNCHECKED, *words, tmp_path / name, "--workers", workers) as process:
+        with forked.Child(UNCHECKED, *words, tmp_path / name, "--workers", workers) as process:
             _, err = process.communicate(timeout=600)
         assert (process.returncode, err) == (0, "")
     alone, both = (children.timeless(tmp_path / name / "report.json") for name in ("alone", "both"))

@@ -3,10 +3,10 @@
 import json
 import os
 import random
-import resource
 import signal
 import time
 
+import forked
 import pytest
 import xarray as xr
 from children import start, timeless
@@ -134,16 +134,14 @@ def test_no_room_for_the_result_keeps_its_pieces(tmp_path):
     """The process may write no more than 1 MB a file: work items have room, the whole has not."""
     out = tmp_path / "m.nc"
     words = command(20_000, 2, out)
-    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, usual[1]))
-    try:
-        with start(*words) as process:
-            _, err = process.communicate(timeout=60)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
-    assert process.returncode == 3
-    assert err.count("\n") == 1
-    assert "could not be written" in err
+    limit = (
+        "import resource\n_, most = resource.getrlimit(resource.RLIMIT_FSIZE)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, most))\n"
+    )
+    ran = forked.run(limit + forked.MAIN, *words)
+    assert ran.returncode == 3
+    assert ran.stderr.count("\n") == 1
+    assert "could not be written" in ran.stderr
     assert len(pieces(out)) == 8
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc.parts"]
     done_here(*words, "--resume")

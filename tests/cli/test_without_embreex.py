@@ -2,11 +2,13 @@
 
 import json
 import sys
+from importlib import import_module
 
 import pytest
 from click.testing import CliRunner
 
 from microsurf.analysis import validate
+from microsurf.analysis.self_test import SelfTest
 from microsurf.cli.group import cli
 from microsurf.errors import InputError
 
@@ -30,7 +32,7 @@ OF_SCENE = ("--gamma", "8", "--sigma", "0.3", "--theta", "50")
 
 
 @pytest.fixture
-def run(monkeypatch, tmp_path):
+def run(monkeypatch, tmp_path, undrawn):  # noqa: ARG001 - as it is for its effect
     """Run a command without embreex, in a folder of its own; gives its exit code and texts."""
     monkeypatch.setitem(sys.modules, "embreex", None)
     monkeypatch.setitem(sys.modules, "embreex.mesh_construction", None)
@@ -61,7 +63,21 @@ def test_commands_work(run, arguments):
     assert json.loads(found.stdout)
 
 
-def test_validate_works_masking_and_all(run, tmp_path):
+@pytest.fixture
+def checked(monkeypatch):
+    """The self-test comes to this, without its half a minute."""
+    of_itself = SelfTest([], None, "2020-01-01 00:00")
+    monkeypatch.setattr(
+        import_module("microsurf.cli.validate"), "self_test", lambda *_, **__: of_itself
+    )
+
+
+@pytest.mark.parametrize(
+    "checks", ["checked", pytest.param("tmp_path", marks=pytest.mark.long, id="self-test")]
+)
+def test_validate_works_masking_and_all(run, tmp_path, checks, request):
+    """The self-test too; its parts have tests of their own, with the exact engine alone too."""
+    request.getfixturevalue(checks)
     found = run("validate", "small.toml", "--out", "report", "--json")
     assert found.exit_code in (0, 1), found.output
     report = json.loads((tmp_path / "report" / "report.json").read_text(encoding="utf-8"))
