@@ -145,6 +145,8 @@ def plan(
     needs, accuracy = scene.requires, scene.accuracy
     single = scene.surface.file is not None or not needs.roughness
     count = 1 if scene.surface.file is not None else PILOT_SURFACES
+    if scene.layers is not None:  # others than the scene's might cross
+        count = min(count, scene.surface.realisations)
     paths = min(PILOT_PATHS, accuracy.paths)
     pilot = replace(
         scene,
@@ -180,13 +182,15 @@ def plan(
         error=max((e for e, w in zip(errors, wanted, strict=True) if not w.lobe), default=0.0),
         lobe_error=max((e for e, w in zip(errors, wanted, strict=True) if w.lobe), default=0.0),
         seconds=realisations * (per_surface + angles * planned * per_path),
-        memory=cells * engine.of_scene(scene).bytes_per_cell
+        memory=(1 if scene.layers is None else 2) * cells * engine.of_scene(scene).bytes_per_cell
         + realisations * angles * memory.BYTES_PER_LOBE,
         notes=(*_notes(scene), *_missed(wanted, planned_scene)),
     )
 
 
 def _mesh_error(scene: Scene) -> float | None:
+    if scene.layers is not None:
+        return None
     if not scene.requires.roughness or scene.surface.file is not None:
         return None
     surface = scene.surface
@@ -198,6 +202,8 @@ def _mesh_error(scene: Scene) -> float | None:
 
 def _notes(scene: Scene) -> list[str]:
     """What the measured convergence does not cover."""
+    if scene.layers is not None:
+        return ["[layers]: the discretisation error was measured of one surface only"]
     if not scene.requires.roughness or scene.surface.file is not None:
         return []
     notes, gamma, target = [], scene.roughness.gamma, scene.accuracy.standard_error

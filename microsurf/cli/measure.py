@@ -14,7 +14,6 @@ from ..errors import InputError, MicrosurfError
 from ..files import behind_links, check_writable
 from ..results import albedos, datasets, detector, uncertainty
 from ..scene import Scene
-from ..scene.layers import refuse
 from ..surface import FORMATS, endings_text, layered_mesh, notes_on_file
 from ..trace import checkpoint, measure
 from ..trace.cluster import WorkerPool, connected
@@ -103,8 +102,6 @@ def measure_command(
         raise InputError("--resume: goes with --out FILE.nc, beside which the work items lie")
     of_layers: dict[str, Any] = {}
     if scene.layers is not None:
-        if dry_run:
-            refuse(scene.layers, "--dry-run")
         # Surfaces that cross are refused before any work.
         of_layers = {"layers": layered_mesh(scene, seed, 0).report()}
     surface_paths = None

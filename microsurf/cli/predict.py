@@ -118,10 +118,7 @@ def _print_directions(
         raise InputError(f"--kd = {list(kd)}: with --directions give one")
     theta_i, phi_i, theta_o, phi_o = np.radians(angles).T
     i, o = model.direction(theta_i, phi_i), model.direction(theta_o, phi_o)
-    if model.MODELS[name].layered:
-        specular, body, _ = model.evaluate_walk(scene, i, o, name, walks, rng)[0]
-    else:
-        specular, body = model.Brdf(scene, name, walks).evaluate(i, o, rng)
+    specular, body = model.Brdf(scene, name, walks).evaluate(i, o, rng)
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow([*_COLUMNS, "f_specular", "f_body", "f"])

@@ -107,11 +107,10 @@ def validate_command(
     if len(scenes) < len(files):
         raise InputError("two scene files have the same name; rename one")
     before = None if old is None else (str(old), regression.read_report(old))
-    brdf = None if user_brdf is None else model.load_user_brdf(user_brdf)
+    brdf = None if user_brdf is None else _loaded(user_brdf, scenes)
     if brdf is not None and not scene_files:  # a mirror's spike is no f(i, o)
         scenes = {name: scene for name, scene in scenes.items() if model.has_values(scene)}
     broken = {} if brdf is None else _examined(brdf, scenes)
-    _check_layers(scenes, dry_run=dry_run, user_brdf=brdf is not None)
     for scene in scenes.values():
         check_tail(scene, allow_truncated_tail)
         memory.require_lobes(scene.surface.realisations, scene.light.angles)
@@ -185,19 +184,19 @@ def _of_microsurf(
     )
 
 
+def _loaded(user_brdf: str, scenes: dict[str, Scene]) -> model.UserBrdf:
+    """What `--model` names; it is judged as one surface."""
+    for scene in scenes.values():
+        refuse(scene.layers, "--model")
+    return model.load_user_brdf(user_brdf)
+
+
 def _examined(brdf: model.UserBrdf, scenes: dict[str, Scene]) -> dict[str, list[str]]:
     """What is wrong with a user BRDF on each scene, when what there is to say of it is said."""
     broken = {name: model.examine(brdf, scene) for name, scene in scenes.items()}
     for scene in scenes.values():
         say(brdf.remarks(scene))
     return broken
-
-
-def _check_layers(scenes: dict[str, Scene], *, dry_run: bool, user_brdf: bool) -> None:
-    """Refuse what knows one surface only."""
-    for option, given in (("--dry-run", dry_run), ("--model", user_brdf)):
-        for scene in scenes.values():
-            refuse(scene.layers if given else None, option)
 
 
 def _prepared(scenes: dict[str, Scene]) -> dict[str, tuple[StdFit | None, list[str]]]:

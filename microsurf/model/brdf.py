@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..physics import fresnel
-from ..results import detector
 from ..scene import Roughness, Scene
+from ..scene.layers import refuse
 from .directions import checked
 from .random_walk.evaluate import evaluate_walk
-from .random_walk.parameters import slope_parameters, stream, walk_facet
-from .random_walk.simulate import MOST_EVENTS
-from .registry import MODELS, all_orders, entry_of, order_one, walk_of
+from .random_walk.parameters import stream
+from .random_walk.simulate import MOST_EVENTS, arguments_of
+from .registry import MODELS, entry_of, walk_of
 from .single_scattering import importance
 from .single_scattering.first_order import evaluate
 
@@ -42,8 +42,8 @@ class Brdf:
     scene : Scene
         With one Kd; its light and surface are not used.
     model : str
-        Any of one surface in `model.registry`: of order 1, exact up to quadrature, or of all
-        orders, random.
+        Any in `model.registry`: of order 1, exact up to quadrature, or of all orders, random;
+        of two layers for a scene that has them, and of one surface for any other.
     walks : int
         Walks for each pair of directions in `evaluate`, ≥ 2; of models of all orders only.
 
@@ -59,7 +59,10 @@ class Brdf:
     walks: int = 64
 
     def __post_init__(self) -> None:
-        entry_of(self.model, (*order_one(), *all_orders()))
+        if entry_of(self.model, MODELS).layered:
+            arguments_of(self.scene, self.model)  # refuses what the walk does not know
+        else:
+            refuse(self.scene.layers, f"the model {self.model}")
         if len(self.scene.material.kd) > 1:
             raise InputError(f"material.kd = {list(self.scene.material.kd)}: must be one number")
 
@@ -70,21 +73,23 @@ class Brdf:
 
     @property
     def _flat(self) -> bool:
-        return MODELS[self.model].flat or not self.scene.requires.roughness
+        """Whether what the interface mirrors of a beam is one direction."""
+        interface = replace(self.scene, layers=None)
+        return MODELS[self.model].flat or not interface.requires.roughness
 
     @property
     def _proposed(self) -> Scene:
-        """The scene whose lobes are proposed: smooth for a flat model."""
-        if self._flat:
-            return replace(self.scene, roughness=Roughness(sigma=(0.0,)))
-        return self.scene
+        """One surface whose lobes are proposed: smooth for a flat model or interface."""
+        interface = replace(self.scene, layers=None)
+        return replace(interface, roughness=Roughness(sigma=(0.0,))) if self._flat else interface
 
     def evaluate(
         self, i: Array, o: Array, rng: np.random.Generator | None = None
     ) -> tuple[Array, Array]:
         """BRDF in sr⁻¹, cosine not included: f_specular and f_body, see `predict.evaluate`.
 
-        A walk's values are unbiased estimates drawn with ``rng``, see `evaluate_walk`.
+        A walk's values are unbiased estimates drawn with ``rng``, see `evaluate_walk`. What a plane
+        mirrors, a delta, is left out of all.
         """
         if not self.stochastic:
             return evaluate(self.scene, i, o, "flat" if self._flat else self.model)
@@ -118,22 +123,19 @@ class Brdf:
         return Sample(drawn.o, weight, drawn.delta)
 
     def _walked(self, i: Array, rng: np.random.Generator) -> Sample:
-        scene, rough = self.scene, self.scene.roughness
-        parameters = slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y)
-        of_one = walk_facet(scene, scene.material.kd[0])
-        most = MOST_EVENTS if scene.requires.multiple_scattering else 1
-        run = walk_of(self.model).simulate
+        most = MOST_EVENTS if self.scene.requires.multiple_scattering else 1
+        run, arguments = walk_of(self.model).simulate, arguments_of(self.scene, self.model)
         state = stream(rng)
         flat_i = np.ascontiguousarray(i.reshape(-1, 3))
-        exits, events = np.zeros(flat_i.shape), np.zeros((len(flat_i), 2), np.int64)
+        exits, events = arguments.paths(len(flat_i))
         for k, w in enumerate(flat_i):
-            run(exits[k : k + 1], events[k : k + 1], most, w, parameters, of_one, state)
-        body = events[:, 1]
-        # Beyond BODY_EXACT events roulette has taken the place of the weight.
-        weight = np.power(of_one.survival, np.clip(body, 0, detector.BODY_EXACT))
-        weight[body < 0] = 0
+            one = slice(k, k + 1)
+            run(exits[one], events[one], most, w, arguments.slopes, arguments.facets, state)
+        # A plane over another layer mirrors what was never inside; other walks know no plane.
+        mirrored = (events[:, 1] == 0) & self._flat
         shape = i.shape[:-1]
-        return Sample(exits.reshape(i.shape), weight.reshape(shape), np.zeros(shape, bool))
+        weight = arguments.weights(exits, events).reshape(shape)
+        return Sample(exits[:, :3].reshape(i.shape), weight, mirrored.reshape(shape))
 
     def pdf(self, i: Array, o: Array) -> Array:
         """Density in sr⁻¹ that proposes o from i; see `importance`.

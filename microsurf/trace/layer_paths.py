@@ -6,15 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results import detector
+from ..results.layers import length_bins
 from .kernels.exact_layers import (
-    A_DECADE,
     INNER_HITS,
     LENGTH,
     LENGTH_LIGHT,
     LENGTH_SUM,
-    LENGTHS,
     MANY,
-    SHORTEST,
     SUBSTRATE_EVENTS,
 )
 from .kernels.state import ABSORBED, Tallies
@@ -97,8 +95,7 @@ def _record(paths: LayerPaths, body: NDArray[np.int64], inside: Array) -> None:
     ones = np.ones(len(body))
     reflections = np.minimum(paths.order - paths.entries, MANY)
     passages = reflections * (MANY + 1) + np.minimum(paths.entries, MANY)
-    length = A_DECADE * np.log10(np.maximum(paths.length, SHORTEST) / SHORTEST)
-    decade_bin = np.minimum(length.astype(np.int64), LENGTHS - 1)
+    decade_bin = length_bins(paths.length)
     for row, values in (
         (passages, ones),
         (np.full_like(body, LENGTH), paths.length),

@@ -5,17 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ..results.layers import with_substrate_events
+from ..results.layers import LENGTHS, with_lengths, with_substrate_events
 from .kernels.exact_layers import (
-    A_DECADE,
     INNER_HITS,
     LENGTH,
     LENGTH_LIGHT,
     LENGTH_SUM,
-    LENGTHS,
     MANY,
     REFLECTIONS_BY_ENTRIES,
-    SHORTEST,
     SUBSTRATE_EVENTS,
 )
 from .wavefront import FacetOptics, Tally
@@ -46,19 +43,10 @@ def with_layers(
         (*dims, "inside_of", *last),
         table[..., [LENGTH, SUBSTRATE_EVENTS, INNER_HITS], :],
     )
-    light = slice(LENGTH_LIGHT, LENGTH_LIGHT + LENGTHS)
-    measured["length_light"] = ((*dims, "length", *last), table[..., light, :])
-    measured["length_sum"] = (
-        (*dims, "length", *last),
-        table[..., LENGTH_SUM : LENGTH_SUM + LENGTHS, :],
-    )
-    edges = SHORTEST * 10.0 ** (np.arange(LENGTHS + 1) / A_DECADE)
-    edges[0] = 0.0
-    measured = measured.assign_coords(
+    light, total = (table[..., row : row + LENGTHS, :] for row in (LENGTH_LIGHT, LENGTH_SUM))
+    measured = with_lengths(measured, light, total).assign_coords(
         reflections=np.arange(MANY + 1),
         entries=np.arange(MANY + 1),
         inside_of=["length", "substrate events", "inner hits"],
-        length_low=("length", edges[:-1], {"units": "cells"}),
-        length_high=("length", edges[1:], {"units": "cells"}),
     )
     return with_substrate_events(measured)

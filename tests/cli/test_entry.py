@@ -805,10 +805,35 @@ def test_layers_from_the_command_line(run):
     for refused in (
         run("predict", *SURFACE[:4], "--model", "layered-walk"),
         run("predict", "layered.toml", "--model", "smith-walk"),
+        run("predict", "layered.toml", "--directions", "d.csv"),
+        run("validate", "layered.toml", "--model", "no.such:brdf"),
+        run("export", "layered.toml", "--out", "material.bsdf"),
+        run("tradeoff", "layered.toml", "--out", "folder"),
+        run("convergence", "layered.toml", "--out", "folder"),
     ):
         assert refused.code == 2
         assert refused.err.count("\n") == 1
         assert "[layers]" in refused.err
+    assert not Path("material.bsdf").exists()
+
+
+@pytest.mark.parametrize("command", ["measure", "validate"])
+def test_what_two_layers_take_is_said_before(run, command):
+    """And surfaces that cross are refused."""
+    small = ("--paths", "2000", "--realisations", "2", "--dry-run")
+    text = LAYERED.replace("5.0", "9.0") + "[surface]\ncells = 32\ncorrelation = 4.0\n"
+    Path("layered.toml").write_text(text)
+    ran = run(command, "layered.toml", *small, "--json")
+    assert ran.code == 0, ran.err
+    said = json.loads(ran.out)
+    plan = said if command == "measure" else said["scenes"]["layered"]
+    assert plan["paths"] == 2000
+    assert plan["mesh_error"] is None
+    assert "of one surface only" in plan["notes"][0]
+    Path("layered.toml").write_text(text.replace("9.0", "0.01"))
+    ran = run(command, "layered.toml", *small)
+    assert (ran.code, ran.err.count("\n")) == (2, 1)
+    assert "cross" in ran.err
 
 
 def test_conductors_from_the_command_line(run):

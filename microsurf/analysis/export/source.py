@@ -18,6 +18,7 @@ from ...model.single_scattering.brdf import specular
 from ...model.single_scattering.facets import Facets
 from ...physics import facet
 from ...scene import Material, Roughness, Scene
+from ...scene.layers import refuse
 
 Array = NDArray[np.float64]
 
@@ -119,6 +120,7 @@ def of_scene(scene: Scene, name: str, wavelengths: Sequence[float] = ()) -> Sour
 
 def order_one(scene: Scene) -> Callable[[Array, Array], tuple[Array, Array]]:
     """f_specular and f_body at unit body weight as a function of directions."""
+    refuse(scene.layers, "export")
     needs, material, rough = scene.requires, scene.material, scene.roughness
     if scene.surface.file is not None:
         raise InputError(

@@ -17,7 +17,7 @@ from tqdm import tqdm
 from ... import memory, seeds
 from ...errors import InputError
 from ...results import detector
-from ...results.layers import with_substrate_events
+from ...results.layers import LENGTHS, substrate_events, with_lengths, with_substrate_events
 from ...scene import Scene
 from ...scene.layers import refuse, required
 from ..directions import direction
@@ -107,8 +107,9 @@ def walk(
         i = direction(np.radians(theta), np.radians(phi))
         exits, events = arguments.paths(sizes[k])
         run(exits, events, most, i, arguments.slopes, arguments.facets, stream(rng))
-        if isinstance(arguments.facets, LayeredFacets):
-            return tally_layered(exits, events, phi, arguments.facets.thickness, rng)
+        if scene.layers is not None:
+            thickness = scene.layers.absorption * scene.layers.gap
+            return tally_layered(exits, events, phi, thickness, scene.layers.gap, rng)
         return tally_walks(exits, events, phi, single=not scene.requires.multiple_scattering)
 
     run(
@@ -137,8 +138,7 @@ def walk(
             raise
     seconds = time.perf_counter() - begin
     attrs: Attributes = {"seed": seed, "seconds": seconds}
-    walked = to_dataset(scene, kind, totals, arguments.weighed, attrs)
-    return with_substrate_events(walked) if MODELS[kind].layered else walked
+    return to_dataset(scene, kind, totals, arguments.weighed, attrs)
 
 
 class Arguments(NamedTuple):
@@ -153,6 +153,18 @@ class Arguments(NamedTuple):
         """Exits and events that are not filled yet."""
         exits, events = self.columns
         return np.zeros((count, exits)), np.zeros((count, events), np.int64)
+
+    def weights(self, exits: Array, events: NDArray[np.int64]) -> Array:
+        """Light that each path carries where it leaves, 0 where it ended.
+
+        Beyond BODY_EXACT events roulette has taken the place of the weight.
+        """
+        body = np.clip(events[:, 1], 0, detector.BODY_EXACT)
+        left = np.where(events[:, 1] >= 0, 1.0, 0.0)
+        if isinstance(self.facets, LayeredFacets):
+            body = substrate_events(body)
+            left *= np.exp(-self.facets.thickness * exits[:, 3])
+        return np.asarray(left * np.power(self.weighed.survival, body))
 
 
 def arguments_of(scene: Scene, kind: str) -> Arguments:
@@ -198,11 +210,12 @@ def to_dataset(
     """Tallies of the scene's angles, θ outermost, as a Dataset."""
     thetas, phis = scene.light.theta, scene.light.phi
     shape = (1, len(thetas), len(phis))
-    events = max(total.counts.shape[0] for total in totals)
+    events = max(max(len(total.counts), len(total.lengths)) for total in totals)
     flux = np.zeros((*shape, len(detector.ORDERS), events, detector.RINGS, detector.SECTORS))
     beyond = np.maximum(detector.BODY_EVENTS[:events] - detector.BODY_EXACT, 0)
     path_weight = facet.survival**-beyond
     paths, arrived, ended = np.zeros(shape), np.zeros(shape), np.zeros((*shape, len(CAUSES)))
+    lengths = np.zeros((2, *shape, LENGTHS, events))
     for a, total in enumerate(totals):
         index = (0, *divmod(a, len(phis)))
         paths[index] = total.paths
@@ -210,6 +223,8 @@ def to_dataset(
         ended[index] = total.ended
         filled = total.counts.shape[0]
         flux[index][:, :filled] = np.swapaxes(total.counts, 0, 1) / total.paths
+        inside = np.moveaxis(total.lengths, 0, -1) / total.paths
+        lengths[:, *index, :, : inside.shape[-1]] = inside
     flux *= path_weight[:, None, None]
     attrs = {"effects": _effects(scene), **attrs, "events": sum(total.events for total in totals)}
     walked = prediction(scene, kind, flux, attrs, path_weight=path_weight)
@@ -217,4 +232,7 @@ def to_dataset(
     walked["paths"], walked["arrived"] = (dims, paths), (dims, arrived)
     walked["ended"] = ((*dims, "cause"), ended)
     lost = [cause == "endless" for cause in CAUSES]
-    return walked.assign_coords(cause=list(CAUSES), lost=("cause", lost))
+    walked = walked.assign_coords(cause=list(CAUSES), lost=("cause", lost))
+    if MODELS[kind].layered:
+        return with_substrate_events(with_lengths(walked, *(lengths * path_weight)))
+    return walked

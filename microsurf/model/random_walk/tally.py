@@ -1,12 +1,13 @@
 """Count where walks left to: the detector's bins of `microsurf.results.datasets`."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...results import detector
+from ...results.layers import LENGTHS, length_bins
 from .facet_kernels import ABSORBED
 
 Array = NDArray[np.float64]
@@ -28,6 +29,9 @@ class WalkTally:
         Walks that did not.
     paths, events : int
         Walks, and facet events of all of them.
+    lengths : ndarray, shape (body_events, 2, LENGTHS)
+        Walks that left two layers by their length inside, and the sum of these lengths, before
+        absorption on the way, see `results.layers`; of other walks there are none.
 
     """
 
@@ -35,21 +39,36 @@ class WalkTally:
     ended: NDArray[np.int64]
     paths: int
     events: int
+    lengths: Array
 
     @classmethod
     def empty(cls) -> Self:
         """No walks."""
         shape = (0, len(detector.ORDERS), detector.RINGS, detector.SECTORS)
-        return cls(np.zeros(shape, np.int64), np.zeros(len(CAUSES), np.int64), 0, 0)
+        ended = np.zeros(len(CAUSES), np.int64)
+        return cls(np.zeros(shape, np.int64), ended, 0, 0, no_lengths())
 
     def __add__(self, other: "WalkTally") -> "WalkTally":
         """Add up; the one with fewer body events is padded with zeros."""
-        longer, shorter = sorted((self.counts, other.counts), key=len, reverse=True)
-        counts = longer.copy()
-        counts[: len(shorter)] += shorter
         return WalkTally(
-            counts, self.ended + other.ended, self.paths + other.paths, self.events + other.events
+            _added(self.counts, other.counts),
+            self.ended + other.ended,
+            self.paths + other.paths,
+            self.events + other.events,
+            _added(self.lengths, other.lengths),
         )
+
+
+def no_lengths() -> Array:
+    """Lengths of no walks."""
+    return np.zeros((0, 2, LENGTHS))
+
+
+def _added(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
+    longer, shorter = sorted((one, other), key=len, reverse=True)
+    total = longer.copy()
+    total[: len(shorter)] += shorter
+    return total
 
 
 def tally_walks(
@@ -87,7 +106,7 @@ def tally_walks(
     size = int(np.prod(shape[1:]))
     counts = np.bincount(code, minlength=size)
     counts = np.pad(counts, (0, -len(counts) % size)).reshape(shape)
-    return WalkTally(counts, ended, paths, total)
+    return WalkTally(counts, ended, paths, total, no_lengths())
 
 
 def tally_layered(
@@ -95,6 +114,7 @@ def tally_layered(
     events: NDArray[np.int64],
     phi_i: float,
     thickness: float,
+    gap: float,
     rng: np.random.Generator,
 ) -> WalkTally:
     """Count walks in two layers by bin; those that the layer absorbs on their way out end there.
@@ -107,13 +127,27 @@ def tally_layered(
         Azimuth of incidence in degrees.
     thickness : float
         Absorption times gap: exp(−thickness · length) of the light is left.
+    gap : float
+        In cells.
     rng : numpy.random.Generator
         Draws which.
 
     """
+    lengths = _by_length(exits[:, 3] * gap, events[:, 1])
     if thickness > 0:
         left = np.exp(-thickness * exits[:, 3])
         taken = (events[:, 1] >= 0) & (rng.random(len(exits)) >= left)
         events[taken, 1] = ABSORBED
     tally = tally_walks(exits[:, :3], events[:, :2], phi_i, single=False)
-    return replace(tally, events=int(events[:, 4].sum()))
+    return replace(tally, events=int(events[:, 4].sum()), lengths=lengths)
+
+
+def _by_length(length: Array, body: NDArray[np.int64]) -> Array:
+    """Walks that were inside and left, see `WalkTally`; ``length`` in cells."""
+    been = body > 0
+    length, body = length[been], detector.body_bins_of(body[been])
+    lengths = np.zeros((int(body.max(initial=-1)) + 1, 2, LENGTHS))
+    bins = length_bins(length)
+    np.add.at(lengths[:, 0], (body, bins), 1.0)
+    np.add.at(lengths[:, 1], (body, bins), length)
+    return lengths

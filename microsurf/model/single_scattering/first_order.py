@@ -99,10 +99,11 @@ def evaluate(
     Raises
     ------
     InputError
-        If the model's name is unknown, the scene has several Kd, or a direction is
-        not a unit vector.
+        If the model's name is unknown, the scene has several Kd or two layers, or a
+        direction is not a unit vector.
 
     """
+    refuse(scene.layers, f"the model {model}")
     facets = _facets(scene, model)
     kd = scene.material.kd
     if len(kd) > 1:

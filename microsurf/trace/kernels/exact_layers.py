@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...jit import compiled, inlined
 from ...physics.fresnel_kernels import transmittance
 from ...results import detector
+from ...results.layers import A_DECADE, LENGTHS, SHORTEST
 from .exact_horizon import FOOTPRINT, free_flight
 from .exact_walk import sideways, walk
 from .facet_scattering import mirror
@@ -30,9 +31,6 @@ from .state import ABSORBED, BATCHES, WRAPPED
 MANY = 3
 """Numbers of outer reflections and of entries are counted apart below it."""
 REFLECTIONS_BY_ENTRIES = (MANY + 1) ** 2
-A_DECADE, SHORTEST, DECADES = 16, 1e-4, 12
-"""Bins of the length inside: so many a decade, from so many cells on, for so many decades."""
-LENGTHS = A_DECADE * DECADES
 
 LENGTH = REFLECTIONS_BY_ENTRIES
 """Rows of the table of what has been inside, each by bins of body events. First light by outer

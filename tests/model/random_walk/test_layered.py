@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
-from microsurf import model
+from microsurf import model, seeds
 from microsurf.errors import InputError
 from microsurf.model.directions import direction
 from microsurf.model.random_walk import layered_kernels
 from microsurf.model.random_walk.layered_kernels import OUTSIDE, layered_walk
 from microsurf.model.random_walk.parameters import layered_facets, layered_slopes, stream
-from microsurf.model.random_walk.simulate import MOST_EVENTS, walk
+from microsurf.model.random_walk.simulate import MOST_EVENTS, arguments_of, walk
 from microsurf.physics import facet, fresnel, smith
 from microsurf.physics.thick_layers import thick_albedo
 from microsurf.results import detector
+from microsurf.results.layers import absorbed
 from microsurf.scene import Layers, Light, Material, Roughness, Scene, Substrate
 from microsurf.stats.hypothesis_tests import chi_square
 
@@ -262,6 +263,48 @@ def _planes_with(thickness, n=1.5, kd=0.8, theta=60.0):
     return 1 - through + through * down * kd * out / (1 - kd * back)
 
 
+@pytest.mark.parametrize("absorption", [0.0, 0.01, 0.1, 1.0])
+def test_any_absorption_is_answered_afterwards(absorption):
+    """From one walk, against each of its own paths; negative control: twice the gap."""
+    answer = absorbed(walk(scene(), KIND, walks=20_000, seed=3), 1.5, 0.8, absorption)
+    of = scene(absorption=absorption)
+    arguments = arguments_of(of, KIND)
+    exits, events = arguments.paths(20_000)
+    state = stream(seeds.generator(3, seeds.WALKS, 0, 0))
+    i = direction(np.radians(60.0), 0.0)
+    layered_walk(exits, events, MOST_EVENTS, i, arguments.slopes, arguments.facets, state)
+    exact = arguments.weights(exits, events).mean()
+    assert answer.low.item() <= exact * (1 + 1e-12)
+    assert exact <= answer.high.item() * (1 + 1e-12)
+    assert answer.albedo.item() == pytest.approx(exact, abs=2e-4)
+    exits[:, 3] *= 2
+    if absorption > 0:
+        assert abs(arguments.weights(exits, events).mean() - answer.albedo.item()) > 1e-3
+
+
+@pytest.mark.parametrize("above", [(2.0, 0.5), FLAT])
+def test_what_a_renderer_takes(above):
+    """The walk's own paths; what a plane mirrors is a delta, and of an evaluation left out."""
+    of = scene(above, absorption=0.05)
+    brdf = model.Brdf(of, KIND, walks=4)
+    i = np.tile(direction(np.radians(60.0), 0.0), (5_000, 1))
+    drawn = brdf.sample(i, np.random.default_rng(5))
+    exits, events = np.zeros((len(i), 4)), np.zeros((len(i), 5), np.int64)
+    slopes, facets = layered_slopes(of), layered_facets(of)
+    layered_walk(exits, events, MOST_EVENTS, i[0], slopes, facets, stream(np.random.default_rng(5)))
+    np.testing.assert_array_equal(drawn.o, exits[:, :3])
+    substrate = np.minimum(np.maximum(events[:, 1] - 1, 0), detector.BODY_EXACT - 1)
+    left = 0.8**substrate * np.exp(-0.05 * 2.0 * exits[:, 3]) * (events[:, 1] >= 0)
+    np.testing.assert_allclose(drawn.weight, left, rtol=1e-12)
+    np.testing.assert_array_equal(drawn.delta, (events[:, 1] == 0) & (above == FLAT))
+    assert drawn.delta.any() == (above == FLAT)
+    assert (brdf.pdf(i, drawn.o)[drawn.weight > 0] > 0).all()
+    few = i[:3], drawn.o[:3]
+    values = brdf.evaluate(*few, np.random.default_rng(6))
+    mean, _ = model.evaluate_walk(of, *few, KIND, 4, np.random.default_rng(6))
+    np.testing.assert_array_equal(values, (mean.specular, mean.body))
+
+
 def test_substrates_by_shape():
     """The same heights, scaled, and a plane, are surfaces of known slopes."""
     of = scene((2.0, 0.5), (2.0, 0.25))
@@ -286,6 +329,15 @@ def test_what_it_does_not_know_is_refused_in_one_line():
     up = np.array([[0.0, 0.0, 1.0]])
     with pytest.raises(InputError, match=r"smith-walk knows one surface"):
         model.evaluate_walk(scene(), up, up, "smith-walk", 2, np.random.default_rng(0))
+    with pytest.raises(InputError, match=r"smith knows one surface"):
+        model.evaluate(scene(), up, up)
+    for name in (*model.order_one(), *model.all_orders()):
+        with pytest.raises(InputError, match=rf"\[layers\]: the model {name} knows one surface"):
+            model.Brdf(scene(), name)
+    with pytest.raises(InputError, match=r"layered-walk: is of two layers"):
+        model.Brdf(replace(scene(), layers=None), KIND)
+    with pytest.raises(InputError, match=r"is of unknown roughness"):
+        model.Brdf(measured, KIND)
 
 
 # Single pairs of directions
