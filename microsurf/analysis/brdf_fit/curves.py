@@ -10,7 +10,7 @@ from . import aperture
 from .fit import BrdfFit, Fitted
 from .later_orders import correction
 from .materials import lobes
-from .problem import Problem
+from .problem import Problem, collected
 from .solve import Question, model
 
 Array = NDArray[np.float64]
@@ -64,10 +64,12 @@ def _fitted(fit: BrdfFit, of: Fitted, i: Array) -> tuple[Array, Array]:
     angle = np.radians(at)[:, None]
     o = np.sin(angle) * forward + np.cos(angle) * np.array([0.0, 0, 1])
     channels = of.question.problem.logs.shape[1]
+    cone = None if fit.aperture is None else aperture.cone(o, fit.aperture)
+    light = np.tile(i, (len(o), 1))
     problem = Problem(
-        np.tile(i, (len(o), 1)),
+        light,
         o,
-        None if fit.aperture is None else aperture.cone(o, fit.aperture),
+        collected(light, o, cone),
         o[:, 2],
         np.zeros((len(o), channels)),
         np.ones((len(o), channels), bool),

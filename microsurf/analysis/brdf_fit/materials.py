@@ -5,63 +5,102 @@ channel, which `solve` finds inside. Another material is one entry.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.single_scattering.body_closed_form import APPROXIMATE
-from ...model.single_scattering.brdf import body, white_mirror
+from ...model.single_scattering.body_closed_form import averages
+from ...model.single_scattering.brdf import white_mirror
 from ...model.single_scattering.facets import Facets
 from ...physics import fresnel
+from .masking_table import MASKING
 from .parameters import CONDUCTOR_INDEX, INDEX, Layout, Shape
 from .problem import Problem
 
 Array = NDArray[np.float64]
 
 
+class BodyOfSlopes(Protocol):
+    """Body light of each pair as slopes alone decide it; the index comes later."""
+
+    def body(self, n: float) -> Array:
+        """f_b in sr⁻¹ at unit body weight, shape (pairs,)."""
+        ...
+
+    def select(self, rows: NDArray[np.bool_]) -> Self:
+        """Return that of some of the pairs."""
+        ...
+
+
+class OfSlopes(NamedTuple):
+    """Light of slopes, whatever the index.
+
+    white : mirror lobe with F = 1 in sr⁻¹, times the share of each direction in what the
+    detector sees, shape (pairs, points of its cone); body : None without a substrate.
+    """
+
+    white: Array
+    body: BodyOfSlopes | None
+
+    def select(self, rows: NDArray[np.bool_]) -> "OfSlopes":
+        """Return that of some of the pairs."""
+        return OfSlopes(self.white[rows], None if self.body is None else self.body.select(rows))
+
+
 class Lobes(NamedTuple):
     """Order 1 at unit weights, in sr⁻¹.
 
-    white : mirror lobe with F = 1; half : cosine at the mirroring facet; both of shape
-    (pairs, points of the detector's cone); share : weight of each point in what the
-    detector sees; body : of shape (pairs,), None without a substrate.
+    white : as in `OfSlopes`; half : cosine at the mirroring facet, of the same shape; body :
+    of shape (pairs,), None without a substrate.
     """
 
     white: Array
     half: Array
-    share: Array
     body: Array | None
 
     def mirrored(self, n: float, k: float) -> Array:
         """S for one index, shape (pairs,)."""
         reflected = fresnel.reflectance(self.half, n, k)
-        return np.asarray(np.sum(reflected * self.white * self.share, axis=1))
+        return np.asarray(np.einsum("pk,pk->p", reflected, self.white))
+
+
+class Lambertian(NamedTuple):
+    """Body light that passes no interface."""
+
+    values: Array
+
+    def body(self, _: float) -> Array:
+        """1/π, shape (pairs,)."""
+        return self.values
+
+    def select(self, rows: NDArray[np.bool_]) -> "Lambertian":
+        """Return that of some of the pairs."""
+        return Lambertian(self.values[rows])
 
 
 @dataclass(frozen=True)
 class Material:
-    """A material: its name for people, its optics with bounds, and its body light."""
+    """A material: its name for people, its optics with bounds, and its body light.
+
+    ``body`` takes (γ, σ_x, σ_y) and directions i and o, of shape (pairs, 3).
+    """
 
     label: str
     optics: tuple[tuple[str, float, float], ...]
     start: tuple[tuple[float, ...], ...]
-    body: Callable[[Problem, Facets], Array] | None
+    body: Callable[[tuple[float, float, float], Array, Array], BodyOfSlopes] | None
 
 
-def _interfaced(problem: Problem, facets: Facets) -> Array:
-    return body(facets, problem.i, problem.o)
-
-
-def _lambertian(problem: Problem, _: Facets) -> Array:
-    return np.full(len(problem.i), 1 / np.pi)
+def _lambertian(_: tuple[float, float, float], i: Array, o: Array) -> Lambertian:
+    return Lambertian(np.full(max(len(i), len(o)), 1 / np.pi))
 
 
 _METAL = (("n", *CONDUCTOR_INDEX), ("k", *CONDUCTOR_INDEX))
 MATERIALS = {
     "interfaced-lambertian": Material(
-        "interfaced Lambertian", (("n", *INDEX),), ((1.5,), (1.33,), (1.8,)), _interfaced
+        "interfaced Lambertian", (("n", *INDEX),), ((1.5,), (1.33,), (1.8,)), averages
     ),
     "conductor": Material("conductor", (), ((),), None),
     "lambertian+conductor": Material(
@@ -73,17 +112,21 @@ MATERIALS = {
 
 def lobes(problem: Problem, material: Material, layout: Layout, vector: Array) -> Lobes:
     """Order 1 of a material at a vector of parameters."""
-    shape, of = layout.shape(vector), layout.values(vector)
-    n = of.get("n", 1.5) if "k" not in of else 1.5
-    facets = Facets(n, shape.gamma, shape.sigma_x, shape.sigma_y, APPROXIMATE)
+    shape = layout.shape(vector)
+    slopes: OfSlopes = problem.recent.get(
+        (material.label, shape), lambda: _of_slopes(problem, material, shape)
+    )
+    body = None if slopes.body is None else slopes.body.body(layout.values(vector)["n"])
+    return Lobes(slopes.white, problem.collected.half, body)
+
+
+def _of_slopes(problem: Problem, material: Material, shape: Shape) -> OfSlopes:
     view = turned(problem, shape)
-    i, o = view.i[:, None], view.o[:, None] if view.cone is None else view.cone
-    up = o[..., 2] > 0
-    o = np.where(up[..., None], o, [0.0, 0.0, 1.0])
-    share = np.where(up, o[..., 2], 0.0) / (o.shape[1] * problem.cosine[:, None])
-    half = np.minimum(np.linalg.norm(i + o, axis=-1) / 2, 1.0)
-    modelled = None if material.body is None else material.body(view, facets)
-    return Lobes(white_mirror(facets, i, o), half, share, modelled)
+    std = shape.gamma, shape.sigma_x, shape.sigma_y
+    facets = Facets(1.0, *std, MASKING)
+    white = white_mirror(facets, view.i[:, None], view.collected.o, view.collected.normal)
+    body = None if material.body is None else material.body(std, view.i, view.o)
+    return OfSlopes(white * problem.collected.share, body)
 
 
 def turned(problem: Problem, shape: Shape) -> Problem:
@@ -92,12 +135,5 @@ def turned(problem: Problem, shape: Shape) -> Problem:
         return problem
     c, s = np.cos(shape.azimuth), np.sin(shape.azimuth)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T
-    return Problem(
-        problem.i @ turn,
-        problem.o @ turn,
-        None if problem.cone is None else problem.cone @ turn,
-        problem.cosine,
-        problem.logs,
-        problem.known,
-        problem.groups,
-    )
+    view = problem.collected.turned(turn)
+    return replace(problem, i=problem.i @ turn, o=problem.o @ turn, collected=view)

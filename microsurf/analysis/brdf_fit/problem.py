@@ -6,13 +6,15 @@ Rendering of Glossy Surfaces", ACM TOG 31(1), 2012: with f measured and m modell
 dark noise does not either.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...results.measured_brdf import MeasuredBrdf
+from .recent import Recent
 
 Array = NDArray[np.float64]
 
@@ -25,23 +27,53 @@ MOST_PAIRS = 4000
 _SAME_ANGLE = np.radians(0.05)
 
 
+class Collected(NamedTuple):
+    """Directions that the detector collects for each pair, and what follows from them alone.
+
+    o : unit directions, shape (pairs, points, 3), the zenith for those below the horizon;
+    share : weight of each in what the detector sees, 0 for these; normal : of the facet that
+    mirrors i to each, shape (pairs, points, 3), and half : the cosine there.
+    """
+
+    o: Array
+    share: Array
+    normal: Array
+    half: Array
+
+    def turned(self, turn: Array) -> "Collected":
+        """Return them with the directions times a matrix about the vertical."""
+        return self._replace(o=self.o @ turn, normal=self.normal @ turn)
+
+
+def collected(i: Array, o: Array, cone: Array | None) -> Collected:
+    """Directions of a cone about each o, shape (pairs, points, 3), or o alone."""
+    i, points = i[:, None], o[:, None] if cone is None else cone
+    up = points[..., 2] > 0
+    points = np.where(up[..., None], points, [0.0, 0.0, 1.0])
+    share = np.where(up, points[..., 2], 0.0) / (points.shape[1] * o[:, 2:])
+    normal = i + points
+    length = np.linalg.norm(normal, axis=-1)
+    return Collected(points, share, normal / length[..., None], np.minimum(length / 2, 1.0))
+
+
 @dataclass(frozen=True)
 class Problem:
     """Pairs of a measured BRDF as a fit sees them.
 
-    i, o : unit directions, shape (pairs, 3); cone : directions o is averaged over, shape
-    (pairs, points, 3), or None; cosine : cosθ_o, shape (pairs,); logs : ln(1 + f cosθ_o),
-    shape (pairs, channels), 0 where ``known`` is false; groups : number of the group of
-    incidences of each pair.
+    i, o : unit directions, shape (pairs, 3); collected : what the detector sees; cosine :
+    cosθ_o, shape (pairs,); logs : ln(1 + f cosθ_o), shape (pairs, channels), 0 where
+    ``known`` is false; groups : number of the group of incidences of each pair; recent : light
+    of the slopes tried last.
     """
 
     i: Array
     o: Array
-    cone: Array | None
+    collected: Collected
     cosine: Array
     logs: Array
     known: NDArray[np.bool_]
     groups: NDArray[np.intp]
+    recent: Recent[Any] = field(default_factory=Recent, repr=False, compare=False)
 
     def select(self, rows: NDArray[np.bool_]) -> "Problem":
         """Return some of the pairs."""
@@ -49,11 +81,12 @@ class Problem:
             self,
             i=self.i[rows],
             o=self.o[rows],
-            cone=None if self.cone is None else self.cone[rows],
+            collected=Collected(*(values[rows] for values in self.collected)),
             cosine=self.cosine[rows],
             logs=self.logs[rows],
             known=self.known[rows],
             groups=self.groups[rows],
+            recent=self.recent.select(rows),
         )
 
     def residuals(self, model: Array) -> Array:
@@ -108,7 +141,7 @@ def problem_of(brdf: MeasuredBrdf, *, isotropic: bool = True, cone: Array | None
     return Problem(
         brdf.light,
         brdf.detector,
-        cone,
+        collected(brdf.light, brdf.detector, cone),
         cosine,
         np.log1p(flux),
         known,

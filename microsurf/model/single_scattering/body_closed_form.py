@@ -36,10 +36,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtr
 
 from ...physics import fresnel, smith, student_t
 from .facets import Facets, Masking
+from .seen_by_both import BEND, conditional_means, expectations, pair_of
 
 Array = NDArray[np.float64]
 
@@ -55,13 +55,8 @@ class CosineSpread(NamedTuple):
 
 SPREAD = CosineSpread(1.696, 0.496, 0.517, 0.919)
 
-# E of the module's text where ρ = −1 is kept above this part of that at ρ = 1: beyond
-# it rounding is left of it, and it divides.
-_LEAST = 1e-10
-_LEAST_SLOPE = 1e-90  # of a direction, so that its inverse can be squared
 _LOG_RHO2 = np.linspace(-45.0, 45.0, 301)  # steps of 0.3: rounding is left at γ = ∞
 _AZIMUTHS = np.pi * (np.arange(16) + 0.5) / 32
-_BEND = np.pi / 2 - 1
 
 
 class _ScaledSlopes(NamedTuple):
@@ -90,84 +85,6 @@ def _slope_parameters(gamma: float, sigma_x: float, sigma_y: float, k: int) -> _
     nu = 2 * gamma - 2 + k
     scale = np.array([sigma_x, sigma_y]) * np.sqrt(moment * (1 - 2 / nu))
     return _ScaledSlopes(float(np.mean(mass)), nu, scale)
-
-
-def _partial(c: Array, nu: float, order: int) -> list[Array]:
-    """∫_−∞^c u^k t_ν(u) du for k = 0 … order < ν, by parts from k − 2 to k."""
-    constant = smith.log_student_constant(nu)
-    if np.isinf(nu):
-        edge = np.exp(constant - c**2 / 2)
-        moments = [ndtr(c), -edge]
-        for k in range(2, order + 1):
-            moments.append((k - 1) * moments[k - 2] - c ** (k - 1) * edge)
-        return moments
-    edge = nu * np.exp(constant - (nu - 1) / 2 * np.log1p(c**2 / nu))
-    moments = [stdtr(nu, c), -edge / (nu - 1)]
-    for k in range(2, order + 1):
-        moments.append(((k - 1) * nu * moments[k - 2] - c ** (k - 1) * edge) / (nu - k))
-    return moments
-
-
-def _power(a: Array, nu: float, k: int) -> Array:
-    """E[(1 − a u)₊^k] for k = 1 or 2, u of Student's t; k = 1 is 1 + Smith's Λ."""
-    m = _partial(1 / np.maximum(a, _LEAST_SLOPE), nu, k)
-    return np.asarray(m[0] - a * m[1] if k == 1 else m[0] - 2 * a * m[1] + a**2 * m[2])
-
-
-def _joined(a: Array, b: Array, nu: float, k: int) -> Array:
-    """E[(1 − a u)₊^k (1 − b v)₊] for uncorrelated u, v of a bivariate t, nearly.
-
-    v given u is t_(ν+1) of width √((ν+u²)/(ν+1)), put at its mean under the weight of
-    u: that factor takes t_ν to t_(ν−1). Exact for b = 0, b → ∞ and ν = ∞, from below otherwise.
-    """
-    alone = _power(a, nu, k)
-    if np.isinf(nu):
-        return alone * _power(b, nu, 1)
-    heights = smith.log_student_constant(nu) - smith.log_student_constant(nu - 1)
-    ratio = np.exp(heights) / np.sqrt((1 - 1 / nu) * (1 + 1 / nu))
-    width = ratio * _power(a * np.sqrt(nu / (nu - 1)), nu - 1, k) / alone
-    return alone * _power(b * width, nu + 1, 1)
-
-
-class _Pair(NamedTuple):
-    """Two directions, a ≤ b times as steep as the scale of t_ν, and moments of u in one plane.
-
-    In this order reciprocity is exact: every step is done once for a pair.
-    """
-
-    a: Array
-    b: Array
-    nu: float
-    together: list[Array]  # of the facets seen by both at ρ = 1
-    apart: list[Array]  # and at ρ = −1
-
-
-def _pair(i: Array, o: Array, nu: float, order: int) -> _Pair:
-    a, b = np.minimum(i, o), np.maximum(i, o)
-    end_a, end_b = (1 / np.maximum(w, _LEAST_SLOPE) for w in (a, b))
-    ends = zip(_partial(end_a, nu, order), _partial(-end_b, nu, order), strict=True)
-    return _Pair(a, b, nu, _partial(end_b, nu, order), [up - down for up, down in ends])
-
-
-def _both(pair: _Pair) -> Array:
-    """E[X_i₊ X_o₊] at ρ = −1, 0 and 1, shape (3, pairs)."""
-    a, b, nu, m, d = pair
-    plus = m[0] - (a + b) * m[1] + a * b * m[2]
-    minus = np.maximum(d[0] + (b - a) * d[1] - a * b * d[2], 0.0) + _LEAST * plus
-    across = np.sqrt(_joined(a, b, nu, 1) * _joined(b, a, nu, 1))
-    # From below by the kernel of grazing directions, the most bent there is.
-    bent = (plus + minus) / 2 - (plus - minus) / np.pi * _BEND
-    return np.stack([minus, np.maximum(across, bent), plus])
-
-
-def _mean(a: Array, b: Array, pair: _Pair, both: Array) -> Array:
-    """Mean of 1 − a u over the facets seen by both, a and b in either order, as `_both`."""
-    m, d, side = pair.together, pair.apart, np.where(a <= b, 1.0, -1.0)
-    plus = m[0] - (2 * a + b) * m[1] + a * (a + 2 * b) * m[2] - a**2 * b * m[3]
-    minus = d[0] + side * ((b - 2 * a) * d[1] + a**2 * b * d[3]) + a * (a - 2 * b) * d[2]
-    minus = np.maximum(minus, 0.0) + _LEAST * both[2]
-    across = _joined(a, b, pair.nu, 2) / _joined(a, b, pair.nu, 1)
-    return np.stack([minus / both[0], across, plus / both[2]])
 
 
 def _between(values: Array, rho: Array, even: Array) -> Array:
@@ -208,6 +125,51 @@ def _passed(n: float, cosines: Array, rise: Array, rho: Array, spread: CosineSpr
     return np.asarray((np.prod(high + low, axis=0) + linked) / 4)
 
 
+class Averages(NamedTuple):
+    """What f_b takes of slopes and directions, whatever the index: one number for each pair.
+
+    white : f_b without Fresnel terms, in sr⁻¹; cosines : mean cosines of i and o at the
+    facets seen by both, rise : slopes of the facets along them, both of shape (2, pairs);
+    rho : cosine between their azimuths in scaled slopes.
+    """
+
+    white: Array
+    cosines: Array
+    rise: Array
+    rho: Array
+
+    def body(self, n: float, spread: CosineSpread = SPREAD) -> Array:
+        """f_b in sr⁻¹ at unit body weight, shape (pairs,)."""
+        if n == 1:
+            return self.white
+        passed = _passed(n, self.cosines, self.rise, self.rho, spread)
+        return np.asarray(self.white * passed / fresnel.external_diffuse_transmittance(n))
+
+    def select(self, rows: NDArray[np.bool_]) -> Averages:
+        """Return some of the pairs."""
+        return Averages(*(values[..., rows] for values in self))
+
+
+def averages(std: tuple[float, float, float], i: Array, o: Array) -> Averages:
+    """Average over facets of STD (γ, σ_x, σ_y), for unit directions of shape (pairs, 3)."""
+    i, o = np.broadcast_arrays(i, o)
+    parameters = _slope_parameters(*std, 1)
+    a, b, rho = _scaled(i, o, parameters.scale)
+    single = expectations(pair_of(a, b, parameters.nu, 2))
+    even = (np.sqrt((1 - rho) * (1 + rho)) + rho * np.arcsin(rho) - 1) / BEND
+    masking = smith.g2_height_correlated(i, o, *std)
+    white = parameters.mass / np.pi * masking * _between(single, rho, even)
+    second = _slope_parameters(*std, 2)
+    a, b, rho = _scaled(i, o, second.scale)
+    pair = pair_of(a, b, second.nu, 3)
+    together = expectations(pair)
+    z = np.stack([i[:, 2], o[:, 2]])
+    shortened = second.mass / parameters.mass * together / single
+    means = [shortened * mean for mean in conditional_means(a, b, pair, together)]
+    cosines = np.stack([_cosine(*w, rho) for w in zip(z, means, strict=True)])
+    return Averages(np.asarray(white), cosines, z * np.stack([a, b]), rho)
+
+
 def body(facets: Facets, i: Array, o: Array, spread: CosineSpread = SPREAD) -> Array:
     """f_b in sr⁻¹ at unit body weight, for unit directions of shape (pairs, 3) with z > 0.
 
@@ -218,25 +180,7 @@ def body(facets: Facets, i: Array, o: Array, spread: CosineSpread = SPREAD) -> A
     For γ = 1.6: 4 % and 2 %, and 16 % at 85°, σ = 0.05. `validation/figures/approximate_error.py`
     maps them.
     """
-    i, o = np.broadcast_arrays(i, o)
-    parameters = _slope_parameters(*facets.std, 1)
-    a, b, rho = _scaled(i, o, parameters.scale)
-    single = _both(_pair(a, b, parameters.nu, 2))
-    even = (np.sqrt((1 - rho) * (1 + rho)) + rho * np.arcsin(rho) - 1) / _BEND
-    masking = smith.g2_height_correlated(i, o, *facets.std)
-    value = parameters.mass / np.pi * masking * _between(single, rho, even)
-    if facets.n == 1:
-        return np.asarray(value)
-    second = _slope_parameters(*facets.std, 2)
-    a, b, rho = _scaled(i, o, second.scale)
-    pair = _pair(a, b, second.nu, 3)
-    both = _both(pair)
-    z = np.stack([i[:, 2], o[:, 2]])
-    shortened = second.mass / parameters.mass * both / single
-    means = [shortened * _mean(*w, pair, both) for w in ((a, b), (b, a))]
-    cosines = np.stack([_cosine(*w, rho) for w in zip(z, means, strict=True)])
-    passed = _passed(facets.n, cosines, z * np.stack([a, b]), rho, spread)
-    return np.asarray(value * passed / fresnel.external_diffuse_transmittance(facets.n))
+    return averages(facets.std, i, o).body(facets.n, spread)
 
 
 APPROXIMATE = Masking(smith.g2_height_correlated, body)

@@ -20,10 +20,14 @@ from .facets import Facets
 Array = NDArray[np.float64]
 
 
-def white_mirror(facets: Facets, i: Array, o: Array) -> Array:
-    """f_s with F = 1, D(h) G/(4 i_z o_z) in sr⁻¹, for unit directions of shape (..., 3), z > 0."""
-    h = i + o
-    h = h / np.linalg.norm(h, axis=-1, keepdims=True)
+def white_mirror(facets: Facets, i: Array, o: Array, h: Array | None = None) -> Array:
+    """f_s with F = 1, D(h) G/(4 i_z o_z) in sr⁻¹, for unit directions of shape (..., 3), z > 0.
+
+    ``h`` are the half vectors, if they are known.
+    """
+    if h is None:
+        h = i + o
+        h = h / np.linalg.norm(h, axis=-1, keepdims=True)
     masking = vcavity.g2(i, o, h) if facets.masking.vcavity else facets.g2(i, o)
     return np.asarray(
         student_t.distribution(h, *facets.std) * masking / (4 * i[..., 2] * o[..., 2])
