@@ -1,6 +1,6 @@
 """Do intervals of the azimuth of a lay hold the truth, and is a lay always noticed.
 
-    python -m validation.coverage.axes [--count 160] [--cells 512] [--out FILE.csv]
+    python -m validation.coverage.axes [--count 320] [--cells 512] [--out FILE.csv]
 
 γ 2.5, axes of 1 : 2 turned by 0, 17 and 45°, cut out of larger surfaces as in `surfaces`.
 What is finished is kept in reports/latest: the same command goes on after a stop.
@@ -117,7 +117,7 @@ def rows(drawn: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
 def main() -> None:
     """Write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=160)
+    parser.add_argument("--count", type=int, default=320)
     parser.add_argument("--cells", type=int, default=512)
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()

@@ -2,7 +2,7 @@
 
 γ 2.5, σ 0.3; a frame of 1 % lies between none and one of 5 %, so it is not drawn.
 
-    python -m validation.coverage.surfaces [--count 40] [--cells 512] [--out FILE.csv]
+    python -m validation.coverage.surfaces [--count 160] [--cells 512] [--out FILE.csv]
 
 Surfaces are cut out of larger ones: a whole period has the slopes it was made with, but for
 rounding, and any interval would hold them. What is finished is kept in reports/latest: the same
@@ -185,7 +185,7 @@ def exact_interval(held: int, count: int) -> tuple[float, float]:
 def main() -> None:
     """Write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--count", type=int, default=160)
     parser.add_argument("--cells", type=int, default=512)
     parser.add_argument("--out", type=Path, default=OUT)
     asked = parser.parse_args()
