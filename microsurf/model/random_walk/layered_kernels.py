@@ -87,6 +87,26 @@ def interface_event(dx, dy, dz, mx, my, mz, side, interface, state):
 
 
 @force_inlined
+def through_gap(dz, side, length):
+    """Light that has left one surface goes on down onto the other: d_z, side, and length."""
+    return -dz, SUBSTRATE if side == BELOW else BELOW, length + 1 / dz
+
+
+@force_inlined
+def after_hit(dx, dy, dz, mx, my, mz, h, side, body, facets, state):
+    """Direction, height, side and body events after a hit; the latter < 0 if light ends there."""
+    interface, substrate, _ = facets
+    if side == SUBSTRATE:
+        dx, dy, dz, body = scatter(dx, dy, dz, mx, my, mz, body, substrate, state)
+        return dx, dy, dz, h, side, body
+    dx, dy, dz, passed = interface_event(dx, dy, dz, mx, my, mz, side, interface, state)
+    if passed:
+        side = BELOW if side == OUTSIDE else OUTSIDE
+        return dx, dy, -dz, other_side(h), side, max(body, 1)
+    return dx, dy, dz, h, side, body
+
+
+@force_inlined
 def layered_walk(exits, events, most, i, slopes, facets, state):
     """Walk ``len(exits)`` paths from light in direction i, at most ``most`` facet events each.
 
@@ -96,7 +116,6 @@ def layered_walk(exits, events, most, i, slopes, facets, state):
     is no exit); entries; hits from below; and facet events in all.
     """
     upper, lower = slopes
-    interface, substrate, _ = facets
     for k in range(len(exits)):
         dx, dy, dz = -i[0], -i[1], -i[2]
         side = OUTSIDE
@@ -108,29 +127,23 @@ def layered_walk(exits, events, most, i, slopes, facets, state):
             if leaves:
                 if side == OUTSIDE:
                     break
-                # Through the gap, and down onto the other surface.
-                length += 1 / dz
-                side = SUBSTRATE if side == BELOW else BELOW
-                dz, h = -dz, 0.0
+                dz, side, length = through_gap(dz, side, length)
+                h = 0.0
                 continue
             if total == most:
                 body = OVER
                 break
             total += 1
             mx, my, mz = facet_ahead(dx, dy, dz, of_side, state)
-            if side == SUBSTRATE:
-                dx, dy, dz, body = scatter(dx, dy, dz, mx, my, mz, body, substrate, state)
-                if body < 0:
-                    break
-                continue
-            order += side == OUTSIDE
+            outside = side == OUTSIDE
+            order += outside
             hits += side == BELOW
-            dx, dy, dz, passed = interface_event(dx, dy, dz, mx, my, mz, side, interface, state)
-            if passed:
-                entries += side == OUTSIDE
-                body = max(body, 1)
-                side = BELOW if side == OUTSIDE else OUTSIDE
-                dz, h = -dz, other_side(h)
+            dx, dy, dz, h, side, body = after_hit(
+                dx, dy, dz, mx, my, mz, h, side, body, facets, state
+            )
+            if body < 0:
+                break
+            entries += outside and side == BELOW
         exits[k, 0], exits[k, 1], exits[k, 2], exits[k, 3] = dx, dy, dz, length
         events[k, 0], events[k, 1], events[k, 2] = order, body, entries
         events[k, 3], events[k, 4] = hits, total
@@ -210,7 +223,7 @@ def layered_next_event(values, first, last, i, o, slopes, facets, state):
     out. Returns the number of events.
     """
     upper, lower = slopes
-    interface, substrate, _ = facets
+    _, substrate, _ = facets
     total = 0
     for k in range(len(values)):
         ox, oy, oz = o[k % len(o)]
@@ -226,9 +239,8 @@ def layered_next_event(values, first, last, i, o, slopes, facets, state):
             if leaves:
                 if side == OUTSIDE:
                     break
-                length += 1 / dz
-                side = SUBSTRATE if side == BELOW else BELOW
-                dz, h = -dz, 0.0
+                dz, side, length = through_gap(dz, side, length)
+                h = 0.0
                 continue
             if side == OUTSIDE and order == last:
                 break
@@ -245,15 +257,10 @@ def layered_next_event(values, first, last, i, o, slopes, facets, state):
                 specular += light
             else:
                 diffuse += light
-            if side == SUBSTRATE:
-                dx, dy, dz, body = scatter(dx, dy, dz, mx, my, mz, body, substrate, state)
-                if body < 0:
-                    break
-                continue
-            dx, dy, dz, passed = interface_event(dx, dy, dz, mx, my, mz, side, interface, state)
-            if passed:
-                body = max(body, 1)
-                side = BELOW if side == OUTSIDE else OUTSIDE
-                dz, h = -dz, other_side(h)
+            dx, dy, dz, h, side, body = after_hit(
+                dx, dy, dz, mx, my, mz, h, side, body, facets, state
+            )
+            if body < 0:
+                break
         values[k, 0], values[k, 1] = specular, diffuse
     return total

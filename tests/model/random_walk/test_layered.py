@@ -10,7 +10,7 @@ from microsurf import model, seeds
 from microsurf.errors import InputError
 from microsurf.model.directions import direction
 from microsurf.model.random_walk import layered_kernels
-from microsurf.model.random_walk.layered_kernels import OUTSIDE, layered_walk
+from microsurf.model.random_walk.layered_kernels import BELOW, OUTSIDE, layered_walk
 from microsurf.model.random_walk.parameters import layered_facets, layered_slopes, stream
 from microsurf.model.random_walk.simulate import MOST_EVENTS, arguments_of, walk
 from microsurf.physics import facet, fresnel, smith
@@ -117,7 +117,27 @@ def _uniform(dx, dy, dz, mx, my, mz, body, substrate, state):
     return *(d if d @ (mx, my, mz) > 0 else -d), body + 1
 
 
+def _about_the_vertical(dx, dy, dz, mx, my, mz, body, substrate, state):
+    """Lambertian about the mean normal, over the facet."""
+    del dx, dy, dz, substrate
+    while True:
+        square, turn = (layered_kernels.uniform(state) for _ in range(2))
+        ring = np.sqrt(square)
+        d = np.array([ring * np.cos(2 * np.pi * turn), ring * np.sin(2 * np.pi * turn),
+                      np.sqrt(1 - square)])  # fmt: skip
+        if d @ (mx, my, mz) > 0:
+            return *d, body + 1
+
+
+def _inverse_index(*event, right=layered_kernels.interface_event.py_func):
+    """Into the layer as if out of it, and the other way round."""
+    *before, side, interface, state = event
+    return right(*before, BELOW if side == OUTSIDE else OUTSIDE, interface, state)
+
+
 DEFECTS = {
+    "inverse index": {"interface_event": _inverse_index},
+    "about the mean normal": {"scatter": _about_the_vertical},
     "no inner Fresnel": {"passes": _no_fresnel_inside},
     "uniform emission": {"scatter": _uniform},
     "no bending": {"refract": lambda dx, dy, dz, *_: (dx, dy, dz)},
@@ -129,8 +149,10 @@ DEFECTS = {
 def test_invariants_catch_what_conserves_energy(judge, monkeypatch, defect):
     """The same loop, not compiled."""
     of = scene((2.0, 1.0), (8.0, 0.7), 2.0, WHITE)
-    event = layered_kernels.interface_event.py_func
-    for name, wrong in {"interface_event": event, **DEFECTS.get(defect, {})}.items():
+    steps = {
+        name: getattr(layered_kernels, name).py_func for name in ("after_hit", "interface_event")
+    }
+    for name, wrong in {**steps, **DEFECTS.get(defect, {})}.items():
         monkeypatch.setattr(layered_kernels, name, wrong)
     furnace = Furnace(of, judge.seed(2), 100, 80, layered_walk.py_func)
     mean, error = furnace.invariants()
