@@ -11,7 +11,7 @@ from ..scene import Scene
 from . import comparison, user_brdf
 from .comparison import Comparison
 from .user_brdf import Lobe, Lobes, UserBrdfResult
-from .validate import Validation
+from .validation import Validation
 
 _STRAY = 1e-6
 """Albedo below which a part that the scene does not have is rounding."""

@@ -6,7 +6,8 @@ from typing import Any
 from .. import memory, model, report
 from ..analysis import validate_user_brdf
 from ..analysis.stages import Run
-from ..analysis.validate import Validation, validate_scene
+from ..analysis.validate import validate_scene
+from ..analysis.validation import Validation
 from ..report import sections
 from ..scene import Scene
 from ..surface import StdFit

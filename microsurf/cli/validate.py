@@ -14,7 +14,7 @@ from ..analysis.fitted_theory import prepare
 from ..analysis.planning import Plan
 from ..analysis.self_test import SelfTest, self_test
 from ..analysis.stages import Run
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from ..errors import InputError
 from ..report import sections
 from ..results import uncertainty

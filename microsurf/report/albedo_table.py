@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..analysis.comparison import Comparison
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from ..results import albedos, uncertainty
 
 MARKS = {"holds": "✓", "departs": "✗", "undecided": "?"}

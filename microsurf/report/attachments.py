@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from ..errors import InputError
 from ..files import check_writable, whole_file
 from ..results import datasets

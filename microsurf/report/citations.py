@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from ..invariants import referee
 from ..model import MODELS
 from ..physics import metals

@@ -10,7 +10,7 @@ from typing import Any
 import jinja2
 
 from .. import memory
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from ..files import whole_file
 from ..invariants import Invariant
 from ..results import albedos, uncertainty

@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import __version__
 from ..analysis import regression
-from ..analysis.validate import Validation, as_json
+from ..analysis.validation import Validation, as_json
 from ..files import whole_file
 from ..invariants import Invariant, as_rows, broken
 from ..results import uncertainty

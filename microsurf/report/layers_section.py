@@ -1,6 +1,6 @@
 """The section of a report about a scene with two layers."""
 
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from .section import Section, Table
 
 _PAIR = """Measured are two explicit surfaces, an interface over a Lambertian substrate. Verdicts

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from .figures import albedo_by_order, lobes, overview, surface, verdicts
 from .figures.figure import Picture
 

@@ -8,7 +8,7 @@ from ..analysis.error_budget import assemble
 from ..analysis.error_budget.terms import TERMS
 from ..analysis.self_test import SelfTest
 from ..analysis.tradeoff.study import Tradeoff
-from ..analysis.validate import Validation
+from ..analysis.validation import Validation
 from ..invariants import Invariant
 from . import layers_section, stability_section
 from .figures import error_budget, masking, pareto, pareto_all, user_brdf

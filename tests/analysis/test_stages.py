@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from killed_stages import KilledError, Mortal
 
-from microsurf.analysis import stages, validate, versions
+from microsurf.analysis import stages, validate, validation, versions
 from microsurf.analysis.stages import Run
 from microsurf.errors import InputError, MicrosurfError
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
@@ -29,7 +29,7 @@ def _few_walks(monkeypatch):
 
 def figures(entry):
     """All of report.json but times."""
-    found = json.loads(json.dumps(validate.as_json(entry), default=lambda value: value.tolist()))
+    found = json.loads(json.dumps(validation.as_json(entry), default=lambda value: value.tolist()))
     del found["seconds"], found["measured"]["tracing_seconds"], found["measured"]["embree_ratio"]
     return found
 

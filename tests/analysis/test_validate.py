@@ -8,7 +8,7 @@ import pytest
 from scipy import ndimage
 
 from microsurf import model
-from microsurf.analysis import comparison, validate
+from microsurf.analysis import comparison, validate, validation
 from microsurf.errors import InputError
 from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.scene.expectation import Expectation
@@ -47,7 +47,7 @@ def test_without_multiple_scattering_the_total_is_one_bounce():
     assert tuple(entry.predicted) == ("smith", "vcavity")
     assert {c.model for c in entry.comparisons} == {"smith"}
     assert [row["theta_i"] for row in entry.left_out] == [30.0, 60.0]
-    assert all(row["with_all"] > row["without"] for row in validate.as_json(entry)["left_out"])
+    assert all(row["with_all"] > row["without"] for row in validation.as_json(entry)["left_out"])
 
 
 def test_the_measurement_is_that_of_the_scene_and_seed(entry):
@@ -71,7 +71,7 @@ def test_a_broken_invariant_is_told(entry):
 
 
 def test_figures_are_strict_json(entry):
-    document = validate.as_json(entry)
+    document = validation.as_json(entry)
     text = json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
     read = json.loads(text)
     assert read["name"] == "tiny"
@@ -114,7 +114,7 @@ def test_a_surface_from_a_file_is_compared_with_its_fit(tmp_path):
     assert entry.scene.roughness.sigma_x == entry.fit.sigma
     assert entry.scene.roughness.gamma == entry.fit.gamma
     assert {row.basis for row in entry.comparisons} == {"rays on one surface"}
-    document = validate.as_json(entry)
+    document = validation.as_json(entry)
     json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
     assert document["fit"]["pixel"] == 1.0
 
@@ -164,7 +164,7 @@ def test_a_lay_is_compared_with_its_own_axes(tmp_path, turn):
         table = comparison.compare(entry.measured, other, entry.scene)
         off = max(abs(row.effect) for row in table if row.quantity == "specular")
         assert off > worst + 0.05
-    document = validate.as_json(entry)
+    document = validation.as_json(entry)
     assert document["fit"]["isotropic"] is False
     json.dumps(document, allow_nan=False, default=lambda value: value.tolist())
 
@@ -197,9 +197,9 @@ def test_a_beckmann_fit_is_written_as_inf(tmp_path):
     given = replace(TINY, surface=Surface(file=str(path)), light=Light((30.0,)))
     entry = validate.validate_scene("file", given)
     assert np.isinf(entry.fit.gamma)
-    assert validate.as_json(entry)["fit"]["gamma"] == "inf"
+    assert validation.as_json(entry)["fit"]["gamma"] == "inf"
     assert np.isfinite(entry.scene.roughness.gamma)
-    text = json.dumps(validate.as_json(entry), allow_nan=False, default=lambda v: v.tolist())
+    text = json.dumps(validation.as_json(entry), allow_nan=False, default=lambda v: v.tolist())
     assert "Infinity" not in text
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from microsurf import model
-from microsurf.analysis import validate, validate_user_brdf
+from microsurf.analysis import validate, validate_user_brdf, validation
 from microsurf.model import UserBrdf, examine
 from microsurf.report import phrases
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene
@@ -37,7 +37,7 @@ def example(monkeypatch):
 
 def lines(judged):
     return phrases.unexpected(
-        {"scenes": [validate.as_json(judged)], "invariants": [], "broken": []}
+        {"scenes": [validation.as_json(judged)], "invariants": [], "broken": []}
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from microsurf.analysis.comparison import Comparison
-from microsurf.analysis.validate import Validation
+from microsurf.analysis.validation import Validation
 from microsurf.report import albedo_table, html
 from microsurf.scene import Scene
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from microsurf import report
-from microsurf.analysis import validate, validate_user_brdf
+from microsurf.analysis import validate, validate_user_brdf, validation
 from microsurf.model import UserBrdf
 from microsurf.report.junit import to_junit
 from microsurf.report.markdown import LONGEST, to_markdown
@@ -49,7 +49,7 @@ def folder(tmp_path_factory):
     own = UserBrdf("own:f", lambda _, o: (0.1 * o[:, 2] + 0.01, np.zeros(len(o))))
     tried = validate_user_brdf.judge(replace(entry, name="tried", heightfield=None), own, [])
     scenes = [
-        json.loads(json.dumps(validate.as_json(e), default=np.ndarray.tolist))
+        json.loads(json.dumps(validation.as_json(e), default=np.ndarray.tolist))
         for e in (entry, flat)
     ]
     scenes[0]["comparisons"][0] |= {"measured": 1.0, "verdict": "holds"}

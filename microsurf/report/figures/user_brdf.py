@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...analysis.validate import Validation
 from ...analysis.validate_user_brdf import theory_of
+from ...analysis.validation import Validation
 from .bands import cut, half_widths
 from .style import (
     new_figure,

@@ -8,7 +8,7 @@ from microsurf import model, trace
 from microsurf.analysis.self_test import SelfTest
 from microsurf.analysis.tradeoff import from_validation, methods, pareto
 from microsurf.analysis.tradeoff.from_validation import frontier_of
-from microsurf.analysis.validate import Validation
+from microsurf.analysis.validation import Validation
 from microsurf.invariants import Invariant
 from microsurf.report import sections
 from microsurf.scene import Accuracy, Light, Material, Roughness, Scene, Surface
