@@ -37,8 +37,9 @@ atlas: $(READY)
 # Where IL facets stand for two layers; goes on where it was stopped, half an hour.
 layers: $(READY)
 	$(BIN)/python -m validation.layers.atlas
+	$(BIN)/python -m validation.layers.layering
 	$(BIN)/python -m validation.layers.limits
-	$(BIN)/python -m validation.independent_layers.run
+	$(BIN)/python -m validation.layers.independent.run
 
 calibration: $(READY)
 	$(BIN)/python -m validation.calibration.run

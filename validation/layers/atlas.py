@@ -100,10 +100,7 @@ def pair_row(pair: Pair) -> Row:
 def cases() -> list[tuple[Pair, float, float]]:
     """All pairs, indices and gaps whose surfaces do not cross."""
     return [
-        (pair, n, gap)
-        for pair, gap in product(PAIRS, GAPS)
-        for n in INDICES[pair.sigma]
-        if possible(pair, gap)
+        (pair, n, gap) for pair, gap in product(PAIRS, GAPS) for n in INDICES if possible(pair, gap)
     ]
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from microsurf import measure
+from microsurf.model import walk
 from microsurf.results import detector
 from microsurf.scene import Accuracy, Layers, Light, Material, Roughness, Scene, Substrate, Surface
 from microsurf.surface.layers import layered_mesh
@@ -19,18 +20,21 @@ from ..checkpoint import LATEST, once
 Array = NDArray[np.float64]
 
 GAMMAS = (8.0, 2.0)
-INDICES = {0.5: (1.5, 1.33, 2.0), 0.25: (1.5, 1.33)}
-"""By σ of the interface."""
+SIGMAS, INDICES = (0.5, 0.25), (1.5, 1.33, 2.0)
 RATIOS = (0.0, 0.5, 1.0, 2.0)
 """σ of the substrate over that of the interface; 0 is a plane."""
 CORRELATIONS = (1.0, 0.5, 0.0, -1.0)
 GAPS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 """In correlation lengths L of the interface."""
+FAR_GAPS = (*GAPS[GAPS.index(1.0) :], 30.0)
+"""Of independent pairs, against the theory of such pairs."""
 THETAS, KDS = (0.0, 60.0, 80.0), (0.2, 0.5, 0.8, 1.0)
 CELLS, LENGTH = 128, 8.0
 REALISATIONS, SEED = 8, 19
 PATHS, ALONE_PATHS = 24_000, 96_000
 """Paths of each angle and realisation: of two layers, and of the interface alone."""
+WALK_RUNS, WALKS = 8, 100_000
+"""Runs of the theory of two layers, and walks of each at an angle."""
 KEPT = LATEST / "layers"
 
 SUMS = ("total", "body_1", "back")
@@ -72,7 +76,7 @@ class Pair:
 
 PAIRS = tuple(
     Pair(gamma, sigma, ratio, correlation)
-    for sigma, gamma, ratio, correlation in product(INDICES, GAMMAS, RATIOS, CORRELATIONS)
+    for sigma, gamma, ratio, correlation in product(SIGMAS, GAMMAS, RATIOS, CORRELATIONS)
     if ratio > 0 or correlation == 0
 )
 
@@ -108,6 +112,21 @@ def alone(gamma: float, sigma: float, n: float) -> Array:
     scene = Pair(gamma, sigma, 1.0, 1.0).scene(n, 1.0)
     scene = replace(scene, layers=None, accuracy=replace(scene.accuracy, paths=ALONE_PATHS))
     return _traced(f"alone-{gamma:g}-{sigma:g}-{n:g}", scene)
+
+
+@cache
+def walked(pair: Pair, n: float) -> Array:
+    """What `kept` keeps of walks in layers that know nothing of each other, WALK_RUNS of them."""
+
+    def run() -> Any:
+        scene = pair.scene(n, FAR_GAPS[-1])
+        runs = [
+            kept(walk(scene, "layered-walk", walks=WALKS, seed=k, workers=1))
+            for k in range(WALK_RUNS)
+        ]
+        return np.round(np.concatenate(runs), 8).tolist()
+
+    return np.array(once(KEPT / f"walk-{pair.key}-{n:g}.json", run))
 
 
 def _traced(name: str, scene: Scene) -> Array:

@@ -1,5 +1,6 @@
 """Figures of the atlas of the IL assumption, and of both limits of two layers."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,10 +9,19 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, WIDTH, own_style
+from microsurf.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    VERMILION,
+    WIDTH,
+    own_style,
+)
 from microsurf.stats import intervals
 
-from .cases import CORRELATIONS, GAPS, RATIOS, REALISATIONS
+from .cases import CORRELATIONS, FAR_GAPS, GAMMAS, GAPS, INDICES, RATIOS, REALISATIONS, THETAS
 
 Row = dict[str, Any]
 
@@ -21,6 +31,7 @@ CROSSING = "#e4e4e4"
 KINDS = [(0.0, 0.0), *((r, c) for r in RATIOS[1:] for c in CORRELATIONS)]
 """Rows: σ of the substrate over that of the interface, correlation."""
 NAMES = {0.0: "flat", 0.5: "half", 1.0: "equal", 2.0: "double"}
+THEORIES = {"il": "IL", "layered-walk": "layered walk"}
 COLUMNS = {"total": "total albedo", "lobe": "body lobe (rms over directions)"}
 
 
@@ -29,34 +40,81 @@ def atlas(worst: list[Row], n: float, kd: float, sigma: float, gammas: tuple[flo
     """Cells by gap and kind of substrate: how far IL is, at the worst of all incidences."""
     figure = Figure(figsize=(WIDTH, 8.2), layout="constrained")
     panels = figure.subplots(len(COLUMNS), len(gammas), sharex=True, sharey=True, squeeze=False)
+    labels = {kind: _kind_name(*kind) for kind in KINDS}
     for k, (quantity, name) in enumerate(COLUMNS.items()):
         for j, gamma in enumerate(gammas):
             shown = {"gamma": gamma, "sigma": sigma, "n": n, "kd": kd}
-            _cells(panels[k, j], [r for r in worst if r.items() >= shown.items()], quantity)
+            rows = {
+                (r["substrate_over_interface"], r["correlation"], r["gap_over_length"]): r
+                for r in worst
+                if r.items() >= shown.items()
+            }
+            _cells(panels[k, j], rows, labels, GAPS, quantity)
             panels[k, j].set_title(rf"{name}, $\gamma$ = {gamma:g}", fontsize=9.5)
         panels[k, 0].set_ylabel("substrate: σ against the interface's, correlation ρ", fontsize=9)
     for panel in panels[-1]:
         panel.set_xlabel("gap / correlation length L", fontsize=9)
+    _legend(figure, "one interfaced-Lambertian facet in the place of two explicit layers")
+    return figure
+
+
+@own_style()
+def layering(worst: list[Row], kd: float, sigma: float) -> Figure:
+    """Cells by gap, index and roughness of an independent substrate: how far either theory is."""
+    figure = Figure(figsize=(WIDTH, 7.0), layout="constrained")
+    columns = [(gamma, theory) for gamma in GAMMAS for theory in THEORIES]
+    panels = figure.subplots(len(COLUMNS), len(columns), sharex=True, sharey=True, squeeze=False)
+    kinds = [(ratio, n) for ratio in RATIOS for n in sorted(INDICES)]
+    labels = {(ratio, n): f"{NAMES[ratio]}, n = {n:g}" for ratio, n in kinds}
+    for k, (quantity, name) in enumerate(COLUMNS.items()):
+        for j, (gamma, theory) in enumerate(columns):
+            shown = {"theory": theory, "gamma": gamma, "sigma": sigma, "kd": kd}
+            rows = {
+                (r["substrate_over_interface"], r["n"], r["gap_over_length"]): r
+                for r in worst
+                if r.items() >= shown.items()
+            }
+            _cells(panels[k, j], rows, labels, FAR_GAPS, quantity)
+            panels[k, j].set_title(rf"{THEORIES[theory]}, $\gamma$ = {gamma:g}", fontsize=9)
+        panels[k, 0].set_ylabel(f"{name}\nσ of the substrate, index", fontsize=9)
+    for panel in panels[-1]:
+        panel.set_xlabel("gap / L", fontsize=9)
+    _legend(figure, "a theory in the place of two explicit layers that are independent")
+    return figure
+
+
+def _legend(figure: Figure, what: str) -> None:
     handles = [
         Patch(color=colour, label=f"within {level:g} %" if level < np.inf else "not within 10 %")
         for level, colour in LEVELS
     ]
     crossing = Patch(facecolor=CROSSING, hatch="////", edgecolor="white", label="would cross")
+    thetas = ", ".join(f"{theta:g}" for theta in THETAS)
     figure.legend(
         handles=[*handles, crossing], loc="outside upper center", ncols=5, fontsize=8.5,
-        title="one interfaced-Lambertian facet in the place of two explicit layers: shown to be",
+        title=f"{what}: shown to be\n(numbers: difference in %, worst of $\\theta_i$ = {thetas}°)",
         title_fontsize=9, frameon=False,
     )  # fmt: skip
-    return figure
 
 
-def _cells(panel: Axes, rows: list[Row], quantity: str) -> None:
-    values = {
-        (r["substrate_over_interface"], r["correlation"], r["gap_over_length"]): r for r in rows
-    }
-    for y, kind in enumerate(KINDS):
-        for x, gap in enumerate(GAPS):
-            row = values.get((*kind, gap))
+def _kind_name(ratio: float, correlation: float) -> str:
+    """Name of a kind of substrate."""
+    if ratio == 0:
+        return NAMES[ratio]
+    return f"{NAMES[ratio]}, ρ = {correlation:g}".replace("-", "−")
+
+
+def _cells(
+    panel: Axes,
+    rows: Mapping[tuple[float, float, float], Row],
+    labels: Mapping[tuple[float, float], str],
+    gaps: Sequence[float],
+    quantity: str,
+) -> None:
+    """A cell for each kind of pair, from above, and gap; where there is no row surfaces cross."""
+    for y, kind in enumerate(labels):
+        for x, gap in enumerate(gaps):
+            row = rows.get((*kind, gap))
             if row is None:
                 panel.add_patch(
                     Rectangle((x, y), 1, 1, facecolor=CROSSING, hatch="////", edgecolor="white",
@@ -71,14 +129,10 @@ def _cells(panel: Axes, rows: list[Row], quantity: str) -> None:
                 x + 0.5, y + 0.5, f"{value:.1f}" if value < 9.95 else f"{value:.0f}", fontsize=6,
                 ha="center", va="center", color="white" if dark else BLACK,
             )  # fmt: skip
-    panel.set_xlim(0, len(GAPS))
-    panel.set_ylim(len(KINDS), 0)
-    panel.set_xticks(np.arange(len(GAPS)) + 0.5, [f"{gap:g}" for gap in GAPS], fontsize=7.5)
-    labels = [
-        NAMES[ratio] if ratio == 0 else f"{NAMES[ratio]}, ρ = {correlation:g}".replace("-", "−")
-        for ratio, correlation in KINDS
-    ]
-    panel.set_yticks(np.arange(len(KINDS)) + 0.5, labels, fontsize=7.5)
+    panel.set_xlim(0, len(gaps))
+    panel.set_ylim(len(labels), 0)
+    panel.set_xticks(np.arange(len(gaps)) + 0.5, [f"{gap:g}" for gap in gaps], fontsize=7.5)
+    panel.set_yticks(np.arange(len(labels)) + 0.5, list(labels.values()), fontsize=7.5)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
     panel.grid(visible=False)
@@ -92,17 +146,20 @@ RELIEFS = {
     (2.0, 0.5, 8.0): (VERMILION, "D", "γ 2, σ 0.5"),
 }
 PAIRS = {
-    (1.0, 0.0): (BLACK, "o", "independent"),
-    (1.0, 1.0): (VERMILION, "^", "the interface's relief"),
-    (0.5, 1.0): (ORANGE, "s", "its relief, half as high"),
+    (8.0, 1.0, 0.0): (BLACK, "o", "-", "independent, γ 8"),
+    (8.0, 1.0, 1.0): (VERMILION, "^", "-", "the interface's relief, γ 8"),
+    (8.0, 0.5, 1.0): (ORANGE, "s", "-", "its relief, half as high, γ 8"),
+    (2.0, 1.0, 1.0): (BLUE, "D", "--", "the interface's relief, γ 2"),
+    (2.0, 0.5, 1.0): (GREEN, "v", "--", "its relief, half as high, γ 2"),
 }
 
 
 @own_style()
 def limits(thin: list[Row], thick: list[Row], kd: float) -> Figure:
     """Body light of IL facets as the gap closes; the thick limit as it opens."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
+    left = panels[0]
     t = intervals.student(REALISATIONS - 1)
     for row in (r for r in thin if r["kd"] == kd and r["theta_i"] == GRAZING):
         colour, marker, label = RELIEFS[row["gamma"], row["sigma"], row["length"]]
@@ -125,21 +182,32 @@ def limits(thin: list[Row], thick: list[Row], kd: float) -> Figure:
     left.set_ylim(0.1, 20)
     left.set_title(rf"thin: Kd = {kd:g}, $\theta_i$ = {GRAZING:g}°", fontsize=9.5)
     left.legend(fontsize=8, frameon=False)
-    for (ratio, correlation), (colour, marker, label) in PAIRS.items():
-        kind = {"theta_i": 0.0, "substrate_over_interface": ratio, "correlation": correlation}
+    top = max(r["percent"] + t * r["se"] for r in thick)
+    for panel, theta in zip(panels[1:], THETAS, strict=True):
+        _thick(panel, [r for r in thick if r["theta_i"] == theta])
+        panel.set_title(rf"thick: Kd = 0.8, $\theta_i$ = {theta:g}°", fontsize=9.5)
+        panel.set_ylim(-1, top + 0.2)
+    panels[1].legend(title="substrate", fontsize=7.5, title_fontsize=8, frameon=False)
+    return figure
+
+
+def _thick(panel: Axes, thick: list[Row]) -> None:
+    """How far pairs at one incidence are from the thick limit, over the gap."""
+    t = intervals.student(REALISATIONS - 1)
+    for (gamma, ratio, correlation), (colour, marker, line, label) in PAIRS.items():
+        kind = {"gamma": gamma, "substrate_over_interface": ratio, "correlation": correlation}
         rows = [r for r in thick if r.items() >= kind.items()]
         gaps, value, error = (
             np.array([r[key] for r in rows]) for key in ("gap_over_length", "percent", "se")
         )
-        right.plot(gaps, value, color=colour, marker=marker, markersize=3.5, label=label)
-        right.fill_between(
-            gaps, value - t * error, value + t * error, color=colour, alpha=0.2, linewidth=0
+        panel.plot(
+            gaps, value, color=colour, marker=marker, markersize=3.5, linestyle=line, label=label
         )
-    right.axhline(0, color=GREY, linewidth=1)
-    right.set(xscale="log", xlabel="gap / correlation length L",
+        panel.fill_between(
+            gaps, value - t * error, value + t * error, color=colour, alpha=0.15, linewidth=0
+        )
+    panel.axhline(0, color=GREY, linewidth=1)
+    panel.set(xscale="log", xlabel="gap / correlation length L",
               ylabel="total: two layers over thick limit − 1 (%)")  # fmt: skip
-    right.set_xticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
-    right.minorticks_off()
-    right.set_title(r"thick: Kd = 0.8, $\theta_i$ = 0°", fontsize=9.5)
-    right.legend(title="substrate", fontsize=8, frameon=False)
-    return figure
+    panel.set_xticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
+    panel.minorticks_off()

@@ -10,7 +10,7 @@ ones among them), limits.md and the figure.
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from microsurf.surface import Heightfield, layered_mesh
 
 from ..checkpoint import once
 from . import figures, text
-from .cases import CELLS, KEPT, LENGTH, REALISATIONS, SEED, Pair
+from .cases import CELLS, KEPT, LENGTH, REALISATIONS, SEED, Pair, possible
 from .measures import relative
 
 Array = NDArray[np.float64]
@@ -46,16 +46,18 @@ ASYMPTOTIC = 1 / 8
 RESOLVED = 6.0
 """Standard errors that the difference at the last of them must have, half at the one before."""
 THIN_THETAS, THIN_KDS = (75.0,), (0.1, 0.3, 0.8)
-THIN_PATHS, ALONE_PATHS = 96_000, 192_000
+ALONE_PATHS = 4
+"""Paths over IL facets for each of two layers: their noise is the same at every gap."""
 
 
 @dataclass(frozen=True)
 class Relief:
-    """An interface over itself; ``length`` is L in cells."""
+    """An interface over itself; ``length`` is L in cells, ``paths`` those of each realisation."""
 
     gamma: float
     sigma: float
     length: float = LENGTH
+    paths: int = 96_000
 
     def scene(self, gap: float) -> Scene:
         """The scene at a gap in correlation lengths."""
@@ -68,24 +70,31 @@ class Relief:
                 realisations=REALISATIONS,
             ),
             light=Light(THIN_THETAS),
-            accuracy=Accuracy(THIN_PATHS, engine="exact"),
+            accuracy=Accuracy(self.paths, engine="exact"),
             layers=Layers(gap * self.length, Substrate(shape="same")),
         )
 
     @property
     def key(self) -> str:
         """Of files."""
-        return f"{self.gamma:g}-{self.sigma:g}-{self.length:g}"
+        return f"{self.gamma:g}-{self.sigma:g}-{self.length:g}-{self.paths}"
 
 
-RELIEFS = (Relief(8.0, 0.5), Relief(8.0, 0.25), Relief(2.0, 0.5), Relief(8.0, 0.5, 16.0))
+MANY_PATHS = 4_608_000
+"""Where an exponent is fitted."""
+RELIEFS = (
+    Relief(8.0, 0.5, paths=MANY_PATHS),
+    Relief(8.0, 0.25),
+    Relief(2.0, 0.5, paths=MANY_PATHS),
+    Relief(8.0, 0.5, 16.0),
+)
 
 
 def body(scene: Scene, name: str) -> Array:
     """Body light by realisation, θ_i and Kd, of all orders."""
 
     def trace() -> Any:
-        measured = measure(scene, seed=SEED, workers=1).microsurf
+        measured = _measured(scene).microsurf
         by_kd = [measured.albedo(None, "body", kd=kd).isel(phi_i=0) for kd in THIN_KDS]
         return np.round(np.stack(by_kd, -1), 8).tolist()
 
@@ -95,7 +104,9 @@ def body(scene: Scene, name: str) -> Array:
 def thin_light(relief: Relief) -> tuple[Array, Array]:
     """Body light of all gaps, of shape (gaps, realisations, θ_i, Kd), and of IL facets."""
     scene = relief.scene(1.0)
-    facets = replace(scene, layers=None, accuracy=replace(scene.accuracy, paths=ALONE_PATHS))
+    facets = replace(
+        scene, layers=None, accuracy=Accuracy(ALONE_PATHS * relief.paths, engine="exact")
+    )
     layers = [body(relief.scene(gap), f"{relief.key}-{gap:g}") for gap in THIN_GAPS]
     return np.stack(layers), body(facets, f"{relief.key}-alone")
 
@@ -154,14 +165,16 @@ def thin_rows() -> Iterator[Row]:
             yield row | power_fit(ones, other)
 
 
-THICK_GAPS = (2.0, 5.0, 20.0, 50.0)
-THICK_THETAS, KD = (0.0,), 0.8
+THICK_GAPS = (2.0, 5.0, 10.0, 20.0, 50.0)
+THICK_THETAS, KD = (0.0, 60.0, 80.0), 0.8
 THICK_PATHS, NODE_PATHS, NODES = 48_000, 2_000, 24
 INDEPENDENT = Pair(8.0, 0.5, 1.0, 0.0)
 THICK_PAIRS = (
     INDEPENDENT,
     Pair(8.0, 0.5, 1.0, 1.0),
     Pair(8.0, 0.5, 0.5, 1.0),
+    Pair(2.0, 0.5, 1.0, 1.0),
+    Pair(2.0, 0.5, 0.5, 1.0),
 )
 FAR = 100.0
 
@@ -177,22 +190,31 @@ def hemisphere() -> tuple[float, ...]:
     return tuple(np.degrees(np.arcsin(np.sqrt(middles))))
 
 
+def _measured(scene: Scene) -> xr.Dataset:
+    measured: xr.Dataset = measure(scene, seed=SEED, workers=1)
+    return measured
+
+
 def _albedo(measured: xr.Dataset, kd: float) -> Array:
     return np.asarray(measured.microsurf.albedo(kd=kd).isel(phi_i=0))
 
 
 @cache
-def interface() -> tuple[Array, Array]:
+def interface(gamma: float) -> tuple[Array, Array]:
     """R by realisation and θ_i, and r_e′: light that a substrate far below never met."""
+    pair = replace(INDEPENDENT, gamma=gamma)
 
-    def trace() -> Any:
-        beam = _thick_scene(INDEPENDENT, FAR, THICK_THETAS, THICK_PATHS)
-        diffuse = _thick_scene(INDEPENDENT, FAR, hemisphere(), NODE_PATHS)
-        traced = [_albedo(measure(scene, seed=SEED, workers=1), 0.0) for scene in (beam, diffuse)]
-        return [traced[0].tolist(), traced[1].mean(1).tolist()]
+    def trace(thetas: tuple[float, ...], paths: int) -> Any:
+        return _albedo(_measured(_thick_scene(pair, FAR, thetas, paths)), 0.0).tolist()
 
-    beam, diffuse = once(KEPT / "interface.json", trace)
-    return np.array(beam), np.array(diffuse)[:, None]
+    beams = [
+        once(KEPT / f"interface-{gamma:g}-{theta:g}.json", partial(trace, (theta,), THICK_PATHS))
+        for theta in THICK_THETAS
+    ]
+    diffuse = once(
+        KEPT / f"interface-{gamma:g}-diffuse.json", partial(trace, hemisphere(), NODE_PATHS)
+    )
+    return np.concatenate(beams, 1), np.mean(diffuse, 1, keepdims=True)
 
 
 @cache
@@ -209,28 +231,30 @@ def closed(pair: Pair) -> Array:
         return _albedo(measure(facets, below, seed=SEED, workers=1), KD).mean(1).tolist()
 
     alone = np.array(once(KEPT / f"alone-{pair.key}.json", trace))[:, None]
-    return np.asarray(thick_albedo(*interface(), alone, N))
+    return np.asarray(thick_albedo(*interface(pair.gamma), alone, N))
 
 
-def _thick(pair: Pair, gap: float) -> Array:
+def _thick(pair: Pair, gap: float, theta: float) -> Array:
     def trace() -> Any:
-        scene = _thick_scene(pair, gap, THICK_THETAS, THICK_PATHS)
-        return _albedo(measure(scene, seed=SEED, workers=1), KD).tolist()
+        scene = _thick_scene(pair, gap, (theta,), THICK_PATHS)
+        return _albedo(_measured(scene), KD)[:, 0].tolist()
 
-    return np.array(once(KEPT / f"thick-{pair.key}-{gap:g}.json", trace))
+    return np.array(once(KEPT / f"thick-{pair.key}-{gap:g}-{theta:g}.json", trace))
 
 
 def thick_rows() -> Iterator[Row]:
     """How far the total is from the thick limit."""
-    for pair, gap in tqdm(list(product(THICK_PAIRS, THICK_GAPS)), "thick", disable=None):
-        traced, limit = _thick(pair, gap), closed(pair)
-        for t, theta in enumerate(THICK_THETAS):
-            percent, error = relative(traced[:, t], limit[:, t])
-            yield {
-                "substrate_over_interface": pair.ratio, "correlation": pair.correlation,
-                "gap_over_length": gap, "theta_i": theta, "kd": KD,
-                "limit": float(limit[:, t].mean()), "percent": percent, "se": error,
-            }  # fmt: skip
+    far = [(pair, gap) for pair in THICK_PAIRS for gap in THICK_GAPS if possible(pair, gap)]
+    for (pair, gap), (t, theta) in product(
+        tqdm(far, "thick", disable=None), enumerate(THICK_THETAS)
+    ):
+        limit = closed(pair)[:, t]
+        percent, error = relative(_thick(pair, gap, theta), limit)
+        yield {
+            "gamma": pair.gamma, "substrate_over_interface": pair.ratio,
+            "correlation": pair.correlation, "gap_over_length": gap, "theta_i": theta, "kd": KD,
+            "limit": float(limit.mean()), "percent": percent, "se": error,
+        }  # fmt: skip
 
 
 def main() -> None:

@@ -1,10 +1,25 @@
 """Pages of reports/layers: the atlas of the IL assumption, and the limits of two layers."""
 
 from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
-from .cases import GAMMAS, GAPS, INDICES, KDS, PAIRS, REALISATIONS, possible, statistics_of
-from .figures import KINDS, NAMES
+from .cases import (
+    FAR_GAPS,
+    GAMMAS,
+    GAPS,
+    INDICES,
+    KDS,
+    PAIRS,
+    RATIOS,
+    REALISATIONS,
+    SIGMAS,
+    WALK_RUNS,
+    WALKS,
+    possible,
+    statistics_of,
+)
+from .figures import KINDS, NAMES, THEORIES
 
 Row = dict[str, Any]
 
@@ -16,7 +31,8 @@ a period of 16 L), θ_i = 0, 60, 80°; substrates have the interface's γ. Numbe
 all θ_i at Kd = {kd}, in percent, ± half of the 95 % interval over the realisations, whose
 differences are paired; – : surfaces of some realisation would cross. Random numbers are the same
 at each gap, so that neighbours share a part of their errors. All rows, with every θ_i, Kd {kds},
-order-1 body and light sent back: [atlas.csv](atlas.csv); the pairs of surfaces, and the gap they
+order-1 body and light sent back: [atlas.csv](atlas.csv); where a theory of independent layers
+holds instead: [layering.md](layering.md); the pairs of surfaces, and the gap they
 need: [pairs.csv](pairs.csv).
 `python -m validation.layers.atlas` goes on where it was stopped.
 
@@ -33,9 +49,9 @@ def atlas(worst: list[Row], rows: list[Row], kd: float) -> str:
         *_resolved(rows),
     ]
     for quantity, name in (("total", "Total albedo"), ("lobe", "Body lobe")):
-        for sigma in INDICES:
+        for sigma in SIGMAS:
             for gamma in GAMMAS:
-                for n in sorted(INDICES[sigma]):
+                for n in sorted(INDICES):
                     shown = {"gamma": gamma, "sigma": sigma, "n": n, "kd": kd}
                     of = [row for row in worst if row.items() >= shown.items()]
                     parts += ["", f"## {name}, γ = {gamma:g}, σ = {sigma:g}, n = {n:g}", ""]
@@ -76,6 +92,45 @@ def _cell(row: Row | None, quantity: str) -> str:
     return f"{row[quantity]:.1f} ± {half:.1f}"
 
 
+_LAYERING = """# Where layering holds, and where one IL facet does
+
+Independent pairs of surfaces (ρ = 0), traced, against interfaced-Lambertian (IL) facets on the same
+interfaces and against the `layered-walk`, which takes nothing but slopes: {runs} runs of {walks}
+walks. Otherwise as in the [atlas](atlas.md): the worst of θ_i = 0, 60, 80° at Kd = {kd}, in
+percent, ± half of the 95 % interval; – : surfaces of some realisation would cross. IL is paired
+with the traces, surface by surface; the walk is not, and has the scatter of surfaces in its
+interval.
+All rows, with every θ_i and Kd: [layering.csv](layering.csv).
+`python -m validation.layers.layering` goes on where it was stopped.
+
+![Where layering holds within 1, 3 and 10 %](layering.png)
+
+*Kd = {kd}, σ = 0.5. A colour says what the upper end of the interval is within.*
+"""
+
+
+def layering(worst: list[Row], kd: float) -> str:
+    """The page of the theory of independent layers."""
+    parts = [_LAYERING.format(runs=WALK_RUNS, walks=WALKS, kd=kd)]
+    gaps = " | ".join(f"{gap:g} L" for gap in FAR_GAPS)
+    for (quantity, name), sigma, gamma in product(
+        (("total", "Total albedo"), ("lobe", "Body lobe")), SIGMAS, GAMMAS
+    ):
+        parts += [f"## {name}, γ = {gamma:g}, σ = {sigma:g}", ""]
+        parts += [f"| substrate | n | theory | {gaps} |", "|---" * (3 + len(FAR_GAPS)) + "|"]
+        for ratio, n, theory in product(RATIOS, sorted(INDICES), THEORIES):
+            shown = {
+                "theory": theory, "sigma": sigma, "gamma": gamma, "n": n, "kd": kd,
+                "substrate_over_interface": ratio,
+            }  # fmt: skip
+            of = {r["gap_over_length"]: r for r in worst if r.items() >= shown.items()}
+            cells = " | ".join(_cell(of.get(gap), quantity) for gap in FAR_GAPS)
+            if of:
+                parts.append(f"| {NAMES[ratio]} | {n:g} | {THEORIES[theory]} | {cells} |")
+        parts.append("")
+    return "\n".join(parts)
+
+
 _LIMITS = """# Both limits of two layers
 
 ![Both limits](limits.png)
@@ -96,11 +151,11 @@ _THICK = """
 ## Thick: the closed limit
 
 Total of two layers over R + (1 − R) K (1 − r′)/(1 − K r′) − 1, in percent ± standard error over
-realisations; γ 8, σ 0.5, n = 1.5, Kd = 0.8. R, r_e′ and K are traced for each realisation, from
+realisations; σ 0.5, n = 1.5, Kd = 0.8. R, r_e′ and K are traced for each realisation, from
 either of its surfaces alone.
 [thick.csv](thick.csv)
 
-| substrate | θ_i | """
+| γ | substrate | θ_i | """
 
 
 def limits(thin: list[Row], thick: list[Row]) -> str:
@@ -121,17 +176,17 @@ def limits(thin: list[Row], thick: list[Row]) -> str:
         )
     gaps = sorted({row["gap_over_length"] for row in thick})
     lines.append(_THICK + " | ".join(f"{gap:g} L" for gap in gaps) + " |")
-    lines.append("|---" * (2 + len(gaps)) + "|")
-    kinds = dict.fromkeys(
-        (r["substrate_over_interface"], r["correlation"], r["theta_i"]) for r in thick
-    )
-    for ratio, correlation, theta in kinds:
+    lines.append("|---" * (3 + len(gaps)) + "|")
+    axes = ("gamma", "substrate_over_interface", "correlation", "theta_i")
+    for kind in dict.fromkeys(tuple(r[axis] for axis in axes) for r in thick):
+        shown = dict(zip(axes, kind, strict=True))
         of = {
             r["gap_over_length"]: f"{r['percent']:+.2f} ± {r['se']:.2f}"
             for r in thick
-            if (r["substrate_over_interface"], r["correlation"], r["theta_i"])
-            == (ratio, correlation, theta)
+            if r.items() >= shown.items()
         }
         cells = " | ".join(of.get(gap, "–") for gap in gaps)
-        lines.append(f"| {NAMES[ratio]}, ρ = {correlation:g} | {theta:g}° | {cells} |")
+        gamma, ratio, correlation, theta = kind
+        name = f"{NAMES[ratio]}, ρ = {correlation:g}"
+        lines.append(f"| {gamma:g} | {name} | {theta:g}° | {cells} |")
     return "\n".join([*lines, ""])

@@ -5,6 +5,7 @@ import pytest
 
 from microsurf.results import detector
 from validation.layers import atlas, cases, figures, limits, measures, text
+from validation.layers.independent import parts
 
 BINS = len(cases.projected_solid_angles())
 
@@ -49,6 +50,21 @@ def test_a_lobe_that_differs_is_told_from_noise(judge):
     assert value == pytest.approx(5, abs=1)
     assert low > 2.5
     value, low, high = measures.lobe_distance(*lobes(0.0, 0.02, rng))
+    assert low == 0
+    assert high < 3
+
+
+def test_a_theory_is_not_paired_with_surfaces(judge):
+    """The scatter of both counts; surfaces that scatter alike are no help."""
+    others = np.array([0.9, 1.0, 1.1])
+    percent, error = measures.apart(1.1 * others, others)
+    assert percent == pytest.approx(10)
+    assert error == pytest.approx(100 * 1.1 * np.sqrt(2 * 0.01 / 3))
+    assert measures.relative(1.1 * others, others)[1] < 1e-10
+    rng = np.random.default_rng(judge.seed(5))
+    value, low, high = measures.lobe_distance(*lobes(0.05, 0.02, rng), paired=False)
+    assert (value, low > 2.5, high < 8) == (pytest.approx(5, abs=1), True, True)
+    _, low, high = measures.lobe_distance(*lobes(0.0, 0.02, rng), paired=False)
     assert low == 0
     assert high < 3
 
@@ -112,3 +128,35 @@ def test_figures_and_pages_are_made_of_rows(tmp_path, monkeypatch):
     assert drawn == ["1.0", "4.0"]
     table = list(text._table(worst, "lobe"))
     assert table[-1].startswith("| equal, ρ = 1 | – | – | 4.0 ± 1.0 |")
+
+
+def test_both_theories_stand_beside_each_other():
+    far = {"correlation": 0.0, "gap_over_length": 30.0}
+    worst = [
+        {"theory": theory} | row
+        for theory, total in (("il", 5.0), ("layered-walk", 0.4))
+        for row in atlas.worst_rows([row | far for row in rows(total=total)])
+    ]
+    figure = figures.layering(worst, 0.8, 0.5)
+    titles = [panel.get_title() for panel in figure.axes[:4]]
+    assert [title.split(",")[0] for title in titles] == ["IL", "layered walk"] * 2
+    drawn = [[t.get_text() for t in panel.texts] for panel in figure.axes[:4]]
+    assert drawn == [["5.0"], ["0.4"], [], []]
+    lines = text.layering(worst, 0.8).splitlines()
+    assert "| equal | 1.5 | IL | – | – | – | – | 5.0 ± 0.2 |" in lines
+    assert "| equal | 1.5 | layered walk | – | – | – | – | 0.4 ± 0.2 |" in lines
+
+
+def test_a_part_of_the_limit_that_is_walked_is_worth_its_change():
+    """Planted: K 1 % less, by its derivative; parts that agree are worth nothing."""
+    shape = (4, 3)
+    traced = parts.Parts(
+        np.full(shape, 0.05), np.full((4, 1), 0.06), np.full((4, 1), 0.8), np.full(shape, 0.6)
+    )
+    walked = traced._replace(substrate=0.99 * traced.substrate[:1])
+    worth = parts.off_by_part(traced, walked)
+    assert worth["reflected"] == pytest.approx(np.zeros(3), abs=1e-12)
+    assert worth["diffuse"] == pytest.approx(np.zeros(3), abs=1e-12)
+    expected = walked.limit[0] / traced.limit[0] - 1
+    assert worth["substrate"] == pytest.approx(100 * expected)
+    assert (worth["substrate"] < -1).all()

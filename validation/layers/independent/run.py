@@ -1,10 +1,11 @@
 """Two layers that know nothing of each other: traced surfaces against three theories.
 
-    python -m validation.independent_layers.run     # goes on where it was stopped
+    python -m validation.layers.independent.run     # goes on where it was stopped
 
 Writes reports/layers/independent.csv (light of each source, and how far it is from the two
-traced surfaces, with standard errors over realisations) and the figure. What is traced lies in
-reports/latest/independent_layers.
+traced surfaces, with standard errors over realisations), parts.csv (which part of the limit the
+walk is off by, and the structure's effect) and the figure. What is traced lies in
+reports/latest/layers/independent.
 """
 
 from collections.abc import Iterator
@@ -17,13 +18,13 @@ from numpy.typing import NDArray
 
 from microsurf.cli.save import rounded, save
 
-from . import figures
+from . import figures, parts
 from .cases import GAPS, QUANTITIES, SOURCES, THETAS, WALKS, light_of
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
 
-OUT = Path(__file__).parents[2] / "reports" / "layers"
+OUT = Path(__file__).parents[3] / "reports" / "layers"
 STRUCTURE = "smith-walk over il"
 """What Smith's walk is off by on one layer of the same interfaces: the structure's effect."""
 
@@ -74,6 +75,7 @@ def main() -> None:
         OUT,
         {
             "independent.csv": rounded(table, 5),
+            "parts.csv": rounded(parts.rows(), 5),
             "independent.png": figure,
             "independent.pdf": figure,
         },

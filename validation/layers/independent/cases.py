@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,17 +15,17 @@ from microsurf.physics.thick_layers import thick_albedo
 from microsurf.results import datasets, detector
 from microsurf.scene import Accuracy, Layers, Light, Material, Roughness, Scene, Substrate, Surface
 
-from ..checkpoint import LATEST, once
+from ...checkpoint import LATEST, once
 
 Array = NDArray[np.float64]
 
-KEPT = LATEST / "independent_layers"
+KEPT = LATEST / "layers" / "independent"
 N, KD, SIGMA, LENGTH = 1.5, 0.8, 0.5, 8.0
 GAPS = {8.0: 50.0, 2.0: 200.0}
 """By γ, in correlation lengths: heavy tails have deep minima."""
 THETAS = (0.0, 60.0, 80.0)
 REALISATIONS, PATHS, WALKS, SEED = 16, 40_000, 1_000_000, 23
-DIFFUSE_PATHS = 10_000
+FARTHER = 5
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 DIFFUSE = tuple(np.degrees(np.arcsin(np.sqrt((_NODES + 1) / 2))).tolist())
 """Incidences of Lambertian light: Gauss's nodes in sin²θ."""
@@ -39,15 +39,23 @@ _FLAT_RINGS = slice(int(np.searchsorted(detector.RING_EDGES, 45)), None)
 _SECTORS = {"back": [34, 35, 0, 1, 2], "forward": [16, 17, 18, 19, 20]}
 
 
-def scene_of(gamma: float, thetas: tuple[float, ...] = THETAS, paths: int = PATHS) -> Scene:
-    """Both surfaces."""
+def scene_of(
+    gamma: float,
+    thetas: tuple[float, ...] = THETAS,
+    structure: str = "independent",
+    cells: int = 256,
+) -> Scene:
+    """Both surfaces; those of other structures are higher, and farther apart."""
+    gap = GAPS[gamma] * LENGTH * (1 if structure == "independent" else FARTHER)
     return Scene(
         material=Material(N, (KD,)),
         roughness=Roughness(gamma, (SIGMA,)),
-        surface=Surface(cells=256, correlation=LENGTH, realisations=REALISATIONS),
+        surface=Surface(
+            cells=cells, correlation=LENGTH, structure=structure, realisations=REALISATIONS
+        ),
         light=Light(thetas),
-        accuracy=Accuracy(paths, engine="exact"),
-        layers=Layers(GAPS[gamma] * LENGTH, Substrate(gamma, (SIGMA,))),
+        accuracy=Accuracy(PATHS, engine="exact"),
+        layers=Layers(gap, Substrate(gamma, (SIGMA,))),
     )
 
 
@@ -102,18 +110,72 @@ def quantities(dataset: xr.Dataset) -> Array:
     return np.stack([np.asarray(v).reshape(lobe.shape[:2]) for v in values], axis=-1)
 
 
-def _thick(gamma: float) -> Array:
-    """The closed limit from R and r_e′ of the interface's traces, and K of the substrate's."""
-    traced = measure(scene_of(gamma, (*THETAS, *DIFFUSE), DIFFUSE_PATHS), seed=SEED, workers=1)
-    returned = traced.flux.isel(body_events=slice(0, 2), phi_i=0)
+class Parts(NamedTuple):
+    """Of what the thick limit is made, by realisation (one of walks).
+
+    reflected : array, shape (realisations, θ_i)
+        R, what the interface sends back of a beam without a substrate event.
+    diffuse, substrate : array, shape (realisations, 1)
+        r_e′, the same of Lambertian light, and K, the albedo of the substrate alone.
+    total : array, shape (realisations, θ_i)
+        Albedo of both layers.
+
+    """
+
+    reflected: Array
+    diffuse: Array
+    substrate: Array
+    total: Array
+
+    @property
+    def limit(self) -> Array:
+        """The closed limit by realisation and θ_i."""
+        return thick_albedo(self.reflected, self.diffuse, self.substrate, N)
+
+
+def traced_parts(gamma: float, structure: str = "independent", cells: int = 256) -> Parts:
+    """Parts of the surfaces; K is of others than those under the interface, of the same slopes."""
+    name = "parts" if (structure, cells) == ("independent", 256) else f"parts-{structure}-{cells}"
+
+    def trace() -> Any:
+        both = scene_of(gamma, (*THETAS, *DIFFUSE), structure=structure, cells=cells)
+        return _parts(
+            measure(both, seed=SEED, workers=1),
+            measure(_substrate_of(both), seed=SEED + 1, workers=1),
+        )
+
+    return Parts(*(np.array(part) for part in once(_file(gamma, name), trace)))
+
+
+def walked_parts(gamma: float) -> Parts:
+    """Parts of walks: of the layered walk, and of Smith's on the substrate alone."""
+
+    def run() -> Any:
+        both = scene_of(gamma, (*THETAS, *DIFFUSE))
+        return _parts(
+            walk(both, "layered-walk", walks=WALKS, seed=2, workers=1),
+            walk(_substrate_of(both), "smith-walk", walks=WALKS, seed=3, workers=1),
+        )
+
+    return Parts(*(np.array(part) for part in once(_file(gamma, "parts-walk"), run)))
+
+
+def _substrate_of(both: Scene) -> Scene:
+    return replace(both, layers=None, material=Material(1.0, (KD,)), light=Light(DIFFUSE))
+
+
+def _parts(both: xr.Dataset, alone: xr.Dataset) -> list[Any]:
+    returned = both.flux.isel(body_events=slice(0, 2), phi_i=0)
     reflected = np.asarray(returned.sum(("order", "body_events", "theta_o", "phi_o")))
     beams, diffuse = reflected[:, : len(THETAS)], reflected[:, len(THETAS) :] @ _WEIGHTS / 2
-    # Other surfaces than those under the interface, of the same slopes.
-    alone = replace(
-        scene_of(gamma, DIFFUSE, DIFFUSE_PATHS), layers=None, material=Material(1.0, (KD,))
-    )
-    albedos = measure(alone, seed=SEED + 1, workers=1).microsurf.albedo().isel(phi_i=0)
-    k = np.asarray(albedos) @ _WEIGHTS / 2
-    values = np.full((REALISATIONS, len(THETAS), len(QUANTITIES)), np.nan)
-    values[..., 0] = thick_albedo(beams, diffuse[:, None], k[:, None], N)
+    k = np.asarray(alone.microsurf.albedo().isel(phi_i=0)) @ _WEIGHTS / 2
+    total = np.asarray(both.microsurf.albedo().isel(phi_i=0))[:, : len(THETAS)]
+    return [part.tolist() for part in (beams, diffuse[:, None], k[:, None], total)]
+
+
+def _thick(gamma: float) -> Array:
+    """The closed limit from parts of the surfaces."""
+    limit = traced_parts(gamma).limit
+    values = np.full((*limit.shape, len(QUANTITIES)), np.nan)
+    values[..., 0] = limit
     return values
