@@ -13,9 +13,8 @@ from ..files import check_readable, read_once
 from ..results import measured_brdf
 from ..scene import Surface
 from ..surface import endings_text, read_endings
-from .fit_brdf import fit_brdf_command, table
-from .fit_surface import fit_surface_command
-from .options import INPUT, PATH, as_json, of_brdf, of_file
+from . import fit_brdf, fit_surface
+from .options import INPUT, PATH, as_json, of_brdf, of_file, say
 from .output import show
 
 _INSTEAD = "give the file that the instrument wrote"
@@ -55,7 +54,10 @@ def fit_command(
             values = _fit(named, out, figure, given)
         except InputError as error:
             raise InputError(str(error).replace(str(named), str(file))) from error
-    show(values if as_json or "distributions" not in values else table(values), as_json)
+    notes = [note.replace(str(named), str(file)) for note in values.pop("notes", [])]
+    values |= say(notes)
+    readable = fit_surface.table if values["kind"] == "surface" else fit_brdf.table
+    show(values if as_json else readable(values), as_json)
 
 
 @contextmanager
@@ -89,7 +91,7 @@ def _fit(
     if measured_brdf.holds_brdf(file):
         _refuse(of_surface, f"{file} is a measured BRDF")
         scene = {name: value for name, value in given.items() if value is not None}
-        return fit_brdf_command(file, out=out, figure=figure, **scene)
+        return fit_brdf.fit_brdf_command(file, out=out, figure=figure, **scene)
     if file.suffix.lower() not in read_endings():
         known = endings_text(read_endings())
         raise InputError(
@@ -99,7 +101,9 @@ def _fit(
     _refuse(given, f"{file} is a surface")
     level = of_surface.pop("level")
     surface = Surface(file=str(file), level=level or "none", **of_surface)
-    return fit_surface_command(surface, levelled=level is not None, out=out, figure=figure)
+    return fit_surface.fit_surface_command(
+        surface, levelled=level is not None, out=out, figure=figure
+    )
 
 
 def _refuse(given: dict[str, Any], why: str) -> None:

@@ -9,7 +9,7 @@ from ..files import check_writable, whole_file
 from ..report.figures import surface_fit as drawn
 from ..report.figures.figure import write
 from ..scene import BECKMANN, Roughness, Scene, Surface
-from ..surface import level, read_asked
+from ..surface import level, notes_on_surface, read_asked
 from .output import check_ending
 
 FIGURES = (".png", ".pdf", ".svg")
@@ -47,8 +47,9 @@ def fit_surface_command(
             check_writable(wanted)
     stored = read_asked(surface)
     form = surface.level if levelled or stored.boundary == "periodic" else "quadratic"
+    plane = level(stored, form)
     try:
-        study = study_surface(stored, level(stored, form))
+        study = study_surface(stored, plane)
     except InputError as error:
         raise InputError(f"{surface.file}: {error}") from error
     scene = None if out is None else scene_of(study, surface, form, out)
@@ -60,7 +61,30 @@ def fit_surface_command(
         with whole_file(figure) as temporary:
             write(drawn.figure(drawn.rows(study), study), temporary)
         files.append(str(figure))
-    return {**as_json(study), "files": files}
+    return {**as_json(study), "notes": notes_on_surface(surface, plane), "files": files}
+
+
+def table(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the figures as people read them: a line for each model and each scale."""
+    shown = {
+        k: v for k, v in values.items() if k not in ("models", "scales", "provenance", "notes")
+    }
+    for name, model in values["models"].items():
+        shown[f"{name}, fitted"] = f"σ {model['sigma']:.4g}, KS {model['ks']:.3g}"
+    for row in values["scales"][1:]:
+        pixel = " × ".join(f"{side:.4g}" for side in row["pixel"])
+        gamma, sigma = _with_interval(row, "gamma"), _with_interval(row, "sigma")
+        shown[f"at pixel {pixel}"] = f"γ {gamma}, σ {sigma}, KS {row['ks']:.3g}"
+    return shown
+
+
+def _with_interval(row: dict[str, Any], name: str) -> str:
+    low, high = map(_number, row[f"{name}_ci"])
+    return f"{_number(row[name])} [{low}, {high}]"
+
+
+def _number(value: Any) -> str:
+    return "∞" if value == "inf" else f"{value:.4g}"
 
 
 def scene_of(study: SurfaceStudy, surface: Surface, form: str, out: Path) -> Scene:

@@ -12,6 +12,7 @@ from .readers.height_map import HeightMap
 from .realisations import (
     all_surfaces_of,
     notes_on_file,
+    notes_on_surface,
     read_asked,
     realisation_seed,
     square_spacing,
@@ -43,6 +44,7 @@ __all__ = [
     "level",
     "mesh",
     "notes_on_file",
+    "notes_on_surface",
     "read_asked",
     "read_endings",
     "read_surface",

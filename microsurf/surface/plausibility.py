@@ -1,10 +1,13 @@
 """What a surface from a file leaves open, and what hints at a mistake: units, gaps, seams."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..scene import Surface
 from .heightfield import Heightfield, facet_slopes, measured_facets
+
+Array = NDArray[np.float64]
 
 SLOPES = (5e-7, 2e3)
 """Median slopes that can be traced: those of the least and the largest σ, for every γ."""
@@ -32,7 +35,7 @@ def assumed(surface: Surface) -> list[str]:
     ]
     if not taken:
         return []
-    how = "surface.spacing and surface.boundary in the scene, or measure's --spacing and --boundary"
+    how = "--spacing and --boundary, or surface.spacing and surface.boundary in a scene"
     return [f"{surface.file}: bare heights, taken as {' and '.join(taken)}; say it by {how}"]
 
 
@@ -59,8 +62,8 @@ def origin(h: Heightfield, name: str) -> list[str]:
     return result
 
 
-def examine(h: Heightfield, name: str) -> list[str]:
-    """What hints at a mistake in a surface, for people; ``name`` is what they call it.
+def require_traceable(h: Heightfield, name: str) -> None:
+    """Refuse slopes that can't be traced.
 
     Raises
     ------
@@ -69,26 +72,41 @@ def examine(h: Heightfield, name: str) -> list[str]:
         flat, a needle or a cliff on a plane may be steeper.
 
     """
-    slope = np.hypot(*facet_slopes(h))
-    measured = measured_facets(h)
-    if measured is not None:
-        slope = slope[measured]
-    sloping = slope[slope > 0]
-    if sloping.size == 0:
-        return []
-    median = float(np.median(sloping))
-    feature = np.median(slope) == 0  # on a plane: a needle, a cliff
-    units = f"are heights and spacing ({min(h.pixel):g}) in the same unit?"
-    if median < SLOPES[0] or (median > SLOPES[1] and not feature):
+    slope = _slopes(h)
+    median = _median_sloping(slope)
+    feature = slope.size and np.median(slope) == 0  # on a plane: a needle, a cliff
+    if median and (median < SLOPES[0] or (median > SLOPES[1] and not feature)):
         raise InputError(
             f"{name}: its median slope is {median:.3g}: must be {SLOPES[0]:g} … {SLOPES[1]:g}; "
-            f"{units} Give the right spacing"
+            f"{_units(h)} Give the right spacing"
         )
-    notes = []
+
+
+def hints(h: Heightfield, name: str) -> list[str]:
+    """What hints at a mistake in a surface, for people; ``name`` is what they call it."""
+    median, notes = _median_sloping(_slopes(h)), []
+    if median == 0:
+        return []
     if not _USUAL[0] <= median <= _USUAL[1]:
         word = "flat" if median < 1 else "steep"
-        notes.append(f"{name}: a median slope of {median:.3g} is very {word}: {units}")
+        notes.append(f"{name}: a median slope of {median:.3g} is very {word}: {_units(h)}")
     return notes + (_seams(h, name) if h.boundary == "periodic" else [])
+
+
+def _slopes(h: Heightfield) -> Array:
+    """Slopes of the measured facets."""
+    slope, measured = np.hypot(*facet_slopes(h)), measured_facets(h)
+    return np.asarray(slope if measured is None else slope[measured])
+
+
+def _median_sloping(slope: Array) -> float:
+    """Median of the slopes that are not zero; 0 if all are."""
+    sloping = slope[slope > 0]
+    return float(np.median(sloping)) if sloping.size else 0.0
+
+
+def _units(h: Heightfield) -> str:
+    return f"are heights and spacing ({min(h.pixel):g}) in the same unit?"
 
 
 def _seams(h: Heightfield, name: str) -> list[str]:
@@ -103,7 +121,7 @@ def _seams(h: Heightfield, name: str) -> list[str]:
         if seam > _STEEPER * steepest and usual > 0:
             notes.append(
                 f"{name}: periodic, but the seam in {letter} is {seam / usual:.3g} times as steep "
-                f"as the surface (median slope {seam:.3g}, inside {usual:.3g}) and will be traced "
-                "with it; take boundary mirror, or level a tilt"
+                f"as the surface (median slope {seam:.3g}, inside {usual:.3g}) and counts as part "
+                "of it; take boundary mirror, or level a tilt"
             )
     return notes

@@ -11,7 +11,7 @@ from ..scene import Scene, Surface
 from .detrend import level
 from .heightfield import Heightfield
 from .io import read_surface
-from .plausibility import assumed, examine, origin
+from .plausibility import assumed, hints, origin, require_traceable
 from .synthesis import generate_surface
 
 
@@ -54,8 +54,13 @@ def notes_on_file(scene: Scene) -> list[str]:
     surface = scene.surface
     if surface.file is None:
         return []
-    result = surface_of(scene, 0, 0)
-    return assumed(surface) + origin(result, surface.file) + examine(result, surface.file)
+    return notes_on_surface(surface, surface_of(scene, 0, 0))
+
+
+def notes_on_surface(surface: Surface, h: Heightfield) -> list[str]:
+    """`notes_on_file` of one that was read and levelled."""
+    name = str(surface.file)
+    return assumed(surface) + origin(h, name) + hints(h, name)
 
 
 def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
@@ -63,7 +68,7 @@ def surface_of(scene: Scene, seed: int, realisation: int) -> Heightfield:
     wanted = scene.surface
     if wanted.file is not None:
         surface = level(read_asked(wanted), wanted.level)
-        examine(surface, wanted.file)
+        require_traceable(surface, wanted.file)
         return surface
     if wanted.boundary == "mirror" or wanted.level != "none":
         raise InputError(

@@ -49,6 +49,24 @@ def test_figures_scene_and_picture(file, tmp_path):
     assert (tmp_path / asked.surface.file).resolve() == file.resolve()
 
 
+def test_what_was_read_and_what_is_odd_is_said(file, tmp_path):
+    """On stderr, and in the JSON; people's table has a line for each scale and no nested lists."""
+    result = run(file, "--json")
+    notes = json.loads(result.stdout)["notes"]
+    assert ["x3p read by x3pio" in notes[0], "were not measured: filled" in notes[1]] == [True] * 2
+    assert all(note in result.stderr for note in notes)
+    np.save(tmp_path / "cut.npy", generate_surface(2.5, 0.3, cells=96, seed=83).heights[:64, :64])
+    result = run(tmp_path / "cut.npy")
+    assert (
+        "bare heights, taken as spacing 1 in the unit of its heights and periodic" in result.stderr
+    )
+    assert "the seam in x" in result.stderr
+    assert "seam" not in result.stdout
+    assert "\nat pixel 2 × 2  " in result.stdout
+    assert "{" not in result.stdout
+    assert run(tmp_path / "cut.npy", "--spacing", 1, "--boundary", "mirror").stderr == ""
+
+
 def test_level_and_voids_are_options(file):
     values = json.loads(run(file, "--json", "--level", "none", "--voids", "crop").stdout)
     assert (values["level"], values["voids"]["treatment"]) == ("none", "crop")

@@ -13,32 +13,32 @@ from microsurf.surface import (
     surface_of,
     write_surface,
 )
-from microsurf.surface.plausibility import assumed, examine
+from microsurf.surface.plausibility import assumed, hints, require_traceable
 
 
 @pytest.mark.parametrize("factor", [1e-9, 1e-7, 1e5, 1e12])
 def test_slopes_that_can_not_be_traced_are_refused(factor):
     h = generate_surface(2.0, 0.5, cells=32, seed=1)
     with pytest.raises(InputError, match=r"h\.npy: its median slope.*spacing \(1\).*same unit"):
-        examine(Heightfield(h.heights * factor), "h.npy")
+        require_traceable(Heightfield(h.heights * factor), "h.npy")
 
 
 @pytest.mark.parametrize("sigma", [1e-6, 1e-3, 0.5, 1000.0])
 @pytest.mark.parametrize("gamma", [1.65, 2.0, np.inf])
 def test_every_roughness_a_scene_may_have_passes(gamma, sigma):
-    examine(generate_surface(gamma, sigma, cells=64, seed=1), "h")
+    require_traceable(generate_surface(gamma, sigma, cells=64, seed=1), "h")
 
 
 @pytest.mark.parametrize(("factor", "word"), [(1e-4, "flat"), (100.0, "steep")])
 def test_slopes_of_another_unit_are_pointed_out(factor, word):
     h = generate_surface(2.0, 0.5, cells=128, seed=1)
-    (note,) = examine(Heightfield(h.heights * factor), "h")
+    (note,) = hints(Heightfield(h.heights * factor), "h")
     assert f"very {word}" in note
     assert "same unit" in note
 
 
 def test_flat_heights_are_a_mirror():
-    assert examine(Heightfield(np.zeros((8, 8))), "h") == []
+    assert hints(Heightfield(np.zeros((8, 8))), "h") == []
 
 
 def test_a_needle_and_a_cliff_on_a_plane_are_no_fault_of_units():
@@ -46,7 +46,7 @@ def test_a_needle_and_a_cliff_on_a_plane_are_no_fault_of_units():
     needle[32, 32] = 1e4
     cliff[:, 16:48] = 1e5
     for heights in (needle, cliff):
-        (note,) = examine(Heightfield(heights), "h")
+        (note,) = hints(Heightfield(heights), "h")
         assert "very steep" in note
 
 
@@ -54,14 +54,14 @@ def test_a_seam_is_seen_in_a_cut_map_and_a_tilt():
     """A map cut from a surface meets itself where heights know nothing of each other."""
     h = generate_surface(2.0, 0.5, cells=256, seed=1)
     cut = Heightfield(h.heights[:100, :100])
-    notes = examine(cut, "cut")
+    notes = hints(cut, "cut")
     assert len(notes) == 2
     assert "seam in x" in notes[0]
     assert "boundary mirror" in notes[0]
-    assert examine(Heightfield(cut.heights, boundary="mirror"), "cut") == []
-    (tilt,) = examine(Heightfield(h.heights + 0.3 * np.arange(256)), "tilt")
+    assert hints(Heightfield(cut.heights, boundary="mirror"), "cut") == []
+    (tilt,) = hints(Heightfield(h.heights + 0.3 * np.arange(256)), "tilt")
     assert "seam in x" in tilt
-    (tilt,) = examine(Heightfield(h.heights + 0.3 * np.arange(256)[:, None]), "tilt")
+    (tilt,) = hints(Heightfield(h.heights + 0.3 * np.arange(256)[:, None]), "tilt")
     assert "seam in y" in tilt
 
 
@@ -71,7 +71,7 @@ def test_generated_surfaces_have_no_seam(judge, cells):
     made = (
         generate_surface(2.0, 0.5, cells=cells, seed=judge.seed(s), iterations=3) for s in range(60)
     )
-    notes = [note for h in made for note in examine(h, "h")]
+    notes = [note for h in made for note in hints(h, "h")]
     judge.keeps(rate(len(notes), 120, 0.0, 1 / cells))
     assert all("seam" in note for note in notes)
 
@@ -79,7 +79,7 @@ def test_generated_surfaces_have_no_seam(judge, cells):
 def test_seams_of_small_cuts_are_seen(judge):
     """Negative control: at most 2 % of them are missed."""
     made = (generate_surface(2.0, 0.5, cells=64, seed=s, iterations=3).heights for s in range(40))
-    notes = [note for h in made for note in examine(Heightfield(h[:45, :45]), "cut")]
+    notes = [note for h in made for note in hints(Heightfield(h[:45, :45]), "cut")]
     judge.catches(rate(len(notes), 80, 0.0, 1 / 45))
     assert len(notes) > 70
 
@@ -87,7 +87,7 @@ def test_seams_of_small_cuts_are_seen(judge):
 def test_a_grating_has_no_seam_where_its_walls_are_as_steep():
     """The wall on the seam is one of many."""
     rough = 0.01 * np.random.default_rng(3).random((64, 64))
-    assert examine(Heightfield(np.where(np.arange(64) // 8 % 2, 1.0, 0.0) + rough), "h") == []
+    assert hints(Heightfield(np.where(np.arange(64) // 8 % 2, 1.0, 0.0) + rough), "h") == []
 
 
 def test_bare_heights_say_what_is_taken(tmp_path):

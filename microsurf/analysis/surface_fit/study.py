@@ -200,7 +200,8 @@ def _remarks(h: Heightfield) -> list[str]:
         return []
     said = "too few to see how facets hang together: one of each correlation area counts"
     advice = f"take a surface of {LEAST_LENGTHS} or more, or fill voids instead of cropping"
-    return [f"{across:.3g} correlation lengths across, {said}; {advice}"]
+    wide = f"{across:.3g} correlation lengths" if across else "less than a correlation length"
+    return [f"{wide} across, {said}; {advice}"]
 
 
 def _plain(value: Any) -> Any:
