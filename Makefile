@@ -34,7 +34,7 @@ gallery: $(READY)
 atlas: $(READY)
 	$(BIN)/python -m validation.structures.run
 
-# Where IL facets stand for two layers; goes on where it was stopped, half an hour.
+# Where IL facets, and where layering, stand for two layers; goes on where it was stopped, an hour.
 layers: $(READY)
 	$(BIN)/python -m validation.layers.atlas
 	$(BIN)/python -m validation.layers.layering

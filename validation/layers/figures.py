@@ -54,7 +54,11 @@ def atlas(worst: list[Row], n: float, kd: float, sigma: float, gammas: tuple[flo
         panels[k, 0].set_ylabel("substrate: σ against the interface's, correlation ρ", fontsize=9)
     for panel in panels[-1]:
         panel.set_xlabel("gap / correlation length L", fontsize=9)
-    _legend(figure, "one interfaced-Lambertian facet in the place of two explicit layers")
+    _legend(
+        figure,
+        "one interfaced-Lambertian facet in the place of two explicit layers: shown to be",
+        f"n = {n:g}, Kd = {kd:g}, σ = {sigma:g}",
+    )
     return figure
 
 
@@ -79,11 +83,15 @@ def layering(worst: list[Row], kd: float, sigma: float) -> Figure:
         panels[k, 0].set_ylabel(f"{name}\nσ of the substrate, index", fontsize=9)
     for panel in panels[-1]:
         panel.set_xlabel("gap / L", fontsize=9)
-    _legend(figure, "a theory in the place of two explicit layers that are independent")
+    _legend(
+        figure,
+        "a theory in the place of two explicit layers that are independent: shown to be",
+        f"Kd = {kd:g}, σ of the interface {sigma:g}",
+    )
     return figure
 
 
-def _legend(figure: Figure, what: str) -> None:
+def _legend(figure: Figure, what: str, scenes: str) -> None:
     handles = [
         Patch(color=colour, label=f"within {level:g} %" if level < np.inf else "not within 10 %")
         for level, colour in LEVELS
@@ -92,7 +100,7 @@ def _legend(figure: Figure, what: str) -> None:
     thetas = ", ".join(f"{theta:g}" for theta in THETAS)
     figure.legend(
         handles=[*handles, crossing], loc="outside upper center", ncols=5, fontsize=8.5,
-        title=f"{what}: shown to be\n(numbers: difference in %, worst of $\\theta_i$ = {thetas}°)",
+        title=f"{what}\n({scenes}; numbers: difference in %, worst of $\\theta_i$ = {thetas}°)",
         title_fontsize=9, frameon=False,
     )  # fmt: skip
 
