@@ -4,6 +4,8 @@ import pytest
 from microsurf.invariants import reciprocity
 from microsurf.invariants.replicates import tile_of
 from microsurf.results import detector
+from microsurf.surface import LayeredMesh, Mesh
+from microsurf.trace.layers import layered_tile
 
 ONE_WAY = reciprocity.IL._replace(n=1.0, k=1.0)
 """Light enters the substrate by the T of a conductor and leaves it by Lambert's cosine."""
@@ -60,3 +62,18 @@ def test_an_explicit_surface_is_reciprocal(pool, seed):
     assert found.holds
     errors = [x for name, x in found.figures.items() if "body, all pairs: standard" in name]
     assert max(errors) < 0.5
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("same", [True, False])
+def test_two_layers_are_reciprocal(pool, same):
+    """With absorption; negative control: light not taken over the projected solid angle."""
+    above = reciprocity.skewed(1)
+    below = above if same else reciprocity.skewed(2)
+    gap = float((below - above).max()) + 2
+    straight = np.zeros(above.shape, bool)
+    pair = LayeredMesh(Mesh(above, straight), Mesh(below - gap, straight), gap)
+    light = reciprocity.fluxes(pool, layered_tile(pair, 0.002), reciprocity.IL, (5, 1), 1000)
+    assert reciprocity.judge(light).holds
+    sizes = np.array([patch.size for patch in reciprocity.PATCHES])
+    assert not reciprocity.judge(light / sizes[:, None, None]).holds
