@@ -91,6 +91,10 @@ def table(values: dict[str, Any]) -> dict[str, Any]:
         if isinstance(values.get(name), list):
             shown.pop(f"{name}_ci", None)
             shown[name] = _range(values[name])
+    if values["gamma"] is not None:
+        shown["gamma"] = _number(values["gamma"])
+    if values.get("gamma_ci"):
+        shown["gamma_ci"] = "  ".join(map(_number, values["gamma_ci"]))
     for name, other in values["distributions"].items():
         sigma = other.get("sigma")
         shown[f"{name}, order 1"] = (

@@ -91,6 +91,13 @@ def test_options_of_the_other_kind_are_refused(file, tmp_path):
         )
 
 
+def test_people_see_infinity_for_beckmann():
+    values = {"gamma": 1e9, "gamma_ci": [2.5, 1e9], "sigma": 0.3, "distributions": {}}
+    assert table(values)["gamma"] == "∞"
+    assert table(values)["gamma_ci"] == "2.5  ∞"
+    assert table({**values, "gamma": None, "gamma_ci": None})["gamma"] is None
+
+
 def test_text_of_astm_is_told_from_other_text(tmp_path):
     rows = "VARS theta_i,phi_i,theta_s,phi_s,550nm\n30,0,30,180,1\n"
     for name, text, brdf in (("a.txt", rows, True), ("b.txt", "1 2\n", False), ("c.csv", "", True)):

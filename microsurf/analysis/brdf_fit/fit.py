@@ -136,6 +136,8 @@ def fit_brdf(
         raise InputError(f"orders = {orders!r}: must be 1 or all")
     if not 0 < margin < 1:
         raise InputError(f"margin = {margin}: must be between 0 and 1")
+    if not np.any(np.nanmean(brdf.values, axis=0) > 0):
+        raise InputError(f"{brdf.source}: no channel has a mean value above 0: no light to fit")
     brdf = thinned(brdf)
     if not isotropic and int(incidences(brdf, isotropic=False).max()) == int(
         incidences(brdf, isotropic=True).max()

@@ -119,7 +119,8 @@ def problem_of(brdf: MeasuredBrdf, *, isotropic: bool = True, cone: Array | None
     ------
     InputError
         If there are fewer than three incidences, from resampling of which intervals come, or
-        one θ_o only: by reciprocity that is the BRDF of one incidence.
+        one θ_o only: by reciprocity that is the BRDF of one incidence; or if all directions lie
+        as near to the normal as angles in radians taken for degrees.
 
     """
     number = incidences(brdf, isotropic=isotropic)
@@ -134,6 +135,11 @@ def problem_of(brdf: MeasuredBrdf, *, isotropic: bool = True, cone: Array | None
         raise InputError(
             f"{brdf.source}: all pairs are seen at θ_o = {np.degrees(brdf.theta_o[0]):.4g}°: light "
             "and detector exchanged, that is one incidence, and a fit needs several"
+        )
+    if max(brdf.theta_i.max(), brdf.theta_o.max()) <= np.radians(np.pi / 2):
+        raise InputError(
+            f"{brdf.source}: all pairs are within {np.pi / 2:.4f}° of the normal: angles must be "
+            "in degrees, and these look like radians"
         )
     known = ~np.isnan(brdf.values)
     cosine = np.cos(brdf.theta_o)

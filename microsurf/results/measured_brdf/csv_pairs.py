@@ -72,8 +72,9 @@ def read(path: Path) -> MeasuredBrdf:
             f"f_r11 without a column {_MICROMETRES} in µm; add it, or name the column f_633nm"
         )
     columns = [k for k, name in enumerate(names) if name == "f" or name.startswith("f_")]
-    if "f_" in original:
-        raise InputError("a column f_ has no wavelength; name it, such as f_550nm")
+    for name in ("f_", "f_nm"):
+        if name in original:
+            raise InputError(f"a column {name} has no wavelength; name it, such as f_550nm")
     if not columns:
         raise InputError(f"no column f or f_… in its header; must have {_HEADER}")
     check_size(len(rows), len(columns))
@@ -82,13 +83,20 @@ def read(path: Path) -> MeasuredBrdf:
         raise InputError(f"two columns of one name among f_{', f_'.join(labels)[:80]}; leave one")
     wavelengths = tuple(_nanometres(labels))
     named = len(wavelengths) == len(labels)
+    least = int(np.unique(np.round(angles, 9), axis=0, return_counts=True)[1].min())
+    if least > 1 and labels == ["f"]:
+        raise InputError(
+            f"each pair of directions stands there {least} times or more, and no column says of "
+            "which wavelength; add a column wavelength in nm"
+        )
     return of_rows(angles, rows[:, columns], labels, wavelengths if named else ())
 
 
 def _place(names: list[str], name: str) -> int:
     if names.count(name) != 1:
         how = "no column" if name not in names else "more than one column"
-        raise InputError(f"{how} {name} in its first line; must be {_HEADER}")
+        semicolons = ", separated by commas" if any(";" in word for word in names) else ""
+        raise InputError(f"{how} {name} in its first line; must be {_HEADER}{semicolons}")
     return names.index(name)
 
 

@@ -176,6 +176,15 @@ def test_pairs_all_seen_at_one_angle_are_refused():
         fit_brdf(measured(angles, np.ones((len(theta_i), 1))))
 
 
+def test_angles_in_radians_and_no_light_are_refused():
+    angles = directions(8, 50)
+    values = np.ones((len(angles[0]), 1))
+    with pytest.raises(InputError, match="look like radians"):
+        fit_brdf(measured([np.radians(a) for a in angles], values))
+    with pytest.raises(InputError, match="no light to fit"):
+        fit_brdf(measured(angles, -values))
+
+
 def test_weights_inside_are_the_minimum(paint):
     problem = problem_of(paint)
     rng = np.random.default_rng(2)

@@ -149,6 +149,9 @@ def test_csv_out_reads_back_with_all_digits(tmp_path):
         ("twice.csv", "theta_i,theta_o,phi_o,f_R,f_R\n1,2,3,4,5\n", "two columns of one name"),
         ("gap.csv", "theta_i,theta_o,phi_o,f_R,f_G\n1,2,3,4,\n5,6,7,8,\n", "no usable value at G"),
         ("unnamed.csv", "theta_i,theta_o,phi_o,f_R,f_\n1,2,3,4,5\n", "f_ has no wavelength"),
+        ("nm.csv", "theta_i,theta_o,phi_o,f_nm\n1,2,3,4\n", "f_nm has no wavelength"),
+        ("often.csv", "theta_i,theta_o,phi_o,f\n1,2,3,4\n1,2,3,5\n", "add a column wavelength"),
+        ("semi.csv", "theta_i;theta_o;phi_o;f\n1,5;2;3;4\n", "separated by commas"),
         (
             "nist.csv",
             "thetai,thetar,phir,f_r11,f_r12/f_r11\n1,2,3,4,5\n",
