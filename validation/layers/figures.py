@@ -38,22 +38,15 @@ COLUMNS = {"total": "total albedo", "lobe": "body lobe (rms over directions)"}
 @own_style()
 def atlas(worst: list[Row], n: float, kd: float, sigma: float, gammas: tuple[float, ...]) -> Figure:
     """Cells by gap and kind of substrate: how far IL is, at the worst of all incidences."""
-    figure = Figure(figsize=(WIDTH, 8.2), layout="constrained")
-    panels = figure.subplots(len(COLUMNS), len(gammas), sharex=True, sharey=True, squeeze=False)
-    labels = {kind: _kind_name(*kind) for kind in KINDS}
-    for k, (quantity, name) in enumerate(COLUMNS.items()):
-        for j, gamma in enumerate(gammas):
-            shown = {"gamma": gamma, "sigma": sigma, "n": n, "kd": kd}
-            rows = {
-                (r["substrate_over_interface"], r["correlation"], r["gap_over_length"]): r
-                for r in worst
-                if r.items() >= shown.items()
-            }
-            _cells(panels[k, j], rows, labels, GAPS, quantity)
-            panels[k, j].set_title(rf"{name}, $\gamma$ = {gamma:g}", fontsize=9.5)
-        panels[k, 0].set_ylabel("substrate: σ against the interface's, correlation ρ", fontsize=9)
-    for panel in panels[-1]:
-        panel.set_xlabel("gap / correlation length L", fontsize=9)
+    columns = {
+        rf"{{}}, $\gamma$ = {gamma:g}": {"gamma": gamma, "sigma": sigma, "n": n, "kd": kd}
+        for gamma in gammas
+    }
+    figure = _figure(
+        worst, columns, ("substrate_over_interface", "correlation"),
+        {kind: _kind_name(*kind) for kind in KINDS}, GAPS,
+        "substrate: σ against the interface's, correlation ρ",
+    )  # fmt: skip
     _legend(
         figure,
         "one interfaced-Lambertian facet in the place of two explicit layers: shown to be",
@@ -65,29 +58,56 @@ def atlas(worst: list[Row], n: float, kd: float, sigma: float, gammas: tuple[flo
 @own_style()
 def layering(worst: list[Row], kd: float, sigma: float) -> Figure:
     """Cells by gap, index and roughness of an independent substrate: how far either theory is."""
-    figure = Figure(figsize=(WIDTH, 7.0), layout="constrained")
-    columns = [(gamma, theory) for gamma in GAMMAS for theory in THEORIES]
-    panels = figure.subplots(len(COLUMNS), len(columns), sharex=True, sharey=True, squeeze=False)
+    columns = {
+        rf"{label}, $\gamma$ = {gamma:g}": {
+            "theory": theory, "gamma": gamma, "sigma": sigma, "kd": kd,
+        }
+        for gamma in GAMMAS
+        for theory, label in THEORIES.items()
+    }  # fmt: skip
     kinds = [(ratio, n) for ratio in RATIOS for n in sorted(INDICES)]
-    labels = {(ratio, n): f"{NAMES[ratio]}, n = {n:g}" for ratio, n in kinds}
-    for k, (quantity, name) in enumerate(COLUMNS.items()):
-        for j, (gamma, theory) in enumerate(columns):
-            shown = {"theory": theory, "gamma": gamma, "sigma": sigma, "kd": kd}
-            rows = {
-                (r["substrate_over_interface"], r["n"], r["gap_over_length"]): r
-                for r in worst
-                if r.items() >= shown.items()
-            }
-            _cells(panels[k, j], rows, labels, FAR_GAPS, quantity)
-            panels[k, j].set_title(rf"{THEORIES[theory]}, $\gamma$ = {gamma:g}", fontsize=9)
-        panels[k, 0].set_ylabel(f"{name}\nσ of the substrate, index", fontsize=9)
-    for panel in panels[-1]:
-        panel.set_xlabel("gap / L", fontsize=9)
+    figure = _figure(
+        worst, columns, ("substrate_over_interface", "n"),
+        {(ratio, n): f"{NAMES[ratio]}, n = {n:g}" for ratio, n in kinds}, FAR_GAPS,
+        "{}\nσ of the substrate, index",
+    )  # fmt: skip
     _legend(
         figure,
         "a theory in the place of two explicit layers that are independent: shown to be",
         f"Kd = {kd:g}, σ of the interface {sigma:g}",
     )
+    return figure
+
+
+def _figure(
+    worst: list[Row],
+    columns: Mapping[str, Row],
+    axes: tuple[str, str],
+    labels: Mapping[tuple[float, float], str],
+    gaps: Sequence[float],
+    ylabel: str,
+) -> Figure:
+    """A row of panels for each quantity; of rows that have what a column of them says.
+
+    ``labels`` are of kinds of pairs, by the two ``axes``. In headings and ``ylabel`` {} is
+    the quantity.
+    """
+    figure = Figure(figsize=(WIDTH, 1.6 + 0.26 * len(COLUMNS) * len(labels)), layout="constrained")
+    panels = figure.subplots(len(COLUMNS), len(columns), sharex=True, sharey=True, squeeze=False)
+    for of_quantity, (quantity, name) in zip(panels, COLUMNS.items(), strict=True):
+        for panel, (heading, shown) in zip(of_quantity, columns.items(), strict=True):
+            rows = {
+                (*(r[axis] for axis in axes), r["gap_over_length"]): r
+                for r in worst
+                if r.items() >= shown.items()
+            }
+            _cells(panel, rows, labels, gaps, quantity)
+            panel.set_title(heading.format(name), fontsize=9)
+        of_quantity[0].set_ylabel(ylabel.format(name), fontsize=9)
+    for panel in panels[-1]:
+        panel.set_xlabel(
+            "gap / correlation length L" if len(columns) < 3 else "gap / L", fontsize=9
+        )
     return figure
 
 
@@ -114,7 +134,7 @@ def _kind_name(ratio: float, correlation: float) -> str:
 
 def _cells(
     panel: Axes,
-    rows: Mapping[tuple[float, float, float], Row],
+    rows: Mapping[tuple[float, ...], Row],
     labels: Mapping[tuple[float, float], str],
     gaps: Sequence[float],
     quantity: str,
