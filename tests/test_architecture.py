@@ -42,11 +42,23 @@ NAMES = {module_name(path): path for path in (*MODULES, *SCRIPTS)}
 
 
 @cache
+def text_of(path):
+    """Source of a file."""
+    return path.read_text(encoding="utf-8")
+
+
+@cache
+def nodes(path):
+    """All of a file's syntax tree."""
+    return list(ast.walk(ast.parse(text_of(path))))
+
+
+@cache
 def imports(path):
     """Modules of ours that a file imports, by their full names, and first words of others."""
     own, foreign = set(), set()
     here = path.relative_to(ROOT).parent.parts
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.ImportFrom):
             base = here[: len(here) - node.level + 1] if node.level else ()
             stem = ".".join([*base, *(node.module.split(".") if node.module else [])])
@@ -71,12 +83,13 @@ def layer(name):
     return next((k for k, rooms in enumerate(LAYERS) if room(name) in rooms), None)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=module_name)
-def test_a_module_imports_only_what_stands_left_of_it(path):
-    name = module_name(path)
-    assert layer(name) is not None, f"{name} is in no layer"
-    for other in imports(path)[0]:
-        assert room(other) == room(name) or layer(other) < layer(name), f"{name} imports {other}"
+def test_a_module_imports_only_what_stands_left_of_it():
+    for path in MODULES:
+        name = module_name(path)
+        assert layer(name) is not None, f"{name} is in no layer"
+        for other in imports(path)[0]:
+            left = room(other) == room(name) or layer(other) < layer(name)
+            assert left, f"{name} imports {other}"
 
 
 def test_no_circle():
@@ -96,7 +109,7 @@ def test_few_rooms():
 
 def test_every_script_has_a_make_target():
     targets = (ROOT / "Makefile").read_text(encoding="utf-8")
-    scripts = [p for p in SCRIPTS if '__name__ == "__main__"' in p.read_text(encoding="utf-8")]
+    scripts = [p for p in SCRIPTS if '__name__ == "__main__"' in text_of(p)]
     assert len(scripts) > 10
     assert not [name for name in map(module_name, scripts) if f"-m {name}\n" not in targets]
 
@@ -119,17 +132,20 @@ def test_files_are_short():
     assert not long
 
 
-@pytest.mark.parametrize("path", MODULES, ids=module_name)
-def test_only_the_command_line_prints(path):
-    if room(module_name(path)) == "cli":
-        return
-    own_words = path.read_text(encoding="utf-8")
-    assert "click" not in imports(path)[1]
-    assert "sys.stdout" not in own_words
-    assert not [
+def test_only_the_command_line_prints():
+    for path in MODULES:
+        if room(module_name(path)) != "cli":
+            assert "click" not in imports(path)[1], path
+            assert "sys.stdout" not in text_of(path), path
+            assert not calls(path, {"print"}), path
+
+
+def calls(path, names):
+    """Calls of functions by these names in a file."""
+    return [
         node
-        for node in ast.walk(ast.parse(own_words))
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "print"
+        for node in nodes(path)
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in names
     ]
 
 
@@ -141,54 +157,48 @@ def test_one_file_knows_embreex_and_one_knows_numba():
     assert knows["numba"] == ["jit.py"]
 
 
-@pytest.mark.parametrize("path", [*MODULES, *SCRIPTS], ids=module_name)
-def test_one_file_has_the_quantiles_of_student_and_of_the_normal_distribution(path):
-    if module_name(path) == "microsurf.stats.intervals":
-        return
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    used = {ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    assert not used & {"stats.t", "stats.norm", "special.ndtri", "special.ndtri_exp"}
-    by_hand = {n.value for n in ast.walk(tree) if isinstance(n, ast.Constant)} & {
-        1.96,
-        1.645,
-        2.576,
-    }
-    assert not by_hand or path.name == "parameters.py"  # the largest η of a fit
+QUANTILES = {"stats.t", "stats.norm", "special.ndtri", "special.ndtri_exp"}
+BY_HAND = {1.96, 1.645, 2.576}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=module_name)
-def test_no_pickle_no_eval(path):
-    text = path.read_text(encoding="utf-8")
-    _, foreign = imports(path)
-    assert not foreign & {"pickle", "joblib", "shelve", "marshal"}
-    calls = [n.func for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Call)]
-    assert not [f for f in calls if isinstance(f, ast.Name) and f.id in {"eval", "exec"}]
-    assert "allow_pickle=True" not in text
+def test_one_file_has_the_quantiles_of_student_and_of_the_normal_distribution():
+    for path in (*MODULES, *SCRIPTS):
+        used = {ast.unparse(node) for node in nodes(path) if isinstance(node, ast.Attribute)}
+        if module_name(path) == "microsurf.stats.intervals":
+            assert used & QUANTILES  # the negative control
+            continue
+        assert not used & QUANTILES, path
+        by_hand = {n.value for n in nodes(path) if isinstance(n, ast.Constant)} & BY_HAND
+        assert not by_hand or path.name == "parameters.py", path  # the largest η of a fit
 
 
-@pytest.mark.parametrize("path", MODULES, ids=module_name)
-def test_one_file_counts_processors(path):
+def test_no_pickle_no_eval():
+    for path in MODULES:
+        assert not imports(path)[1] & {"pickle", "joblib", "shelve", "marshal"}, path
+        assert not calls(path, {"eval", "exec"}), path
+        assert "allow_pickle=True" not in text_of(path), path
+
+
+def test_one_file_counts_processors():
     """Those of the machine are not those this process may use: threads ask `memory.cores`."""
-    text = path.read_text(encoding="utf-8")
-    if path.name != "memory.py":
-        assert "cpu_count" not in text
-    assert "ThreadPoolExecutor()" not in text
-    assert "workers=-1" not in text  # scipy counts those of the machine
+    for path in MODULES:
+        assert path.name == "memory.py" or "cpu_count" not in text_of(path), path
+        assert "ThreadPoolExecutor()" not in text_of(path), path
+        assert "workers=-1" not in text_of(path), path  # scipy counts those of the machine
 
 
-@pytest.mark.parametrize("path", [*MODULES, *SCRIPTS], ids=module_name)
-def test_only_one_function_writes_figures(path):
+def test_only_one_function_writes_figures():
     """What a matplotlibrc asks for reaches no figure: where one is made, ours is the style."""
-    text = path.read_text(encoding="utf-8")
-    tree = ast.parse(text)
-    asked = [n for n in ast.walk(tree) if isinstance(n, ast.Attribute) and n.attr == "savefig"]
-    assert not asked or path == PACKAGE / "report" / "figures" / "figure.py"
-    assert path not in SCRIPTS or " Figure(" not in text or "@own_style()" in text
+    for path in (*MODULES, *SCRIPTS):
+        asked = [n for n in nodes(path) if isinstance(n, ast.Attribute) and n.attr == "savefig"]
+        assert bool(asked) == (path == PACKAGE / "report" / "figures" / "figure.py"), path
+        drawn = path in SCRIPTS and " Figure(" in text_of(path)
+        assert not drawn or "@own_style()" in text_of(path), path
 
 
-@pytest.mark.parametrize("path", MODULES, ids=module_name)
-def test_matplotlib_is_loaded_to_draw(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    loaded = [n.module or "" for n in tree.body if isinstance(n, ast.ImportFrom)]
-    loaded += [a.name for n in tree.body if isinstance(n, ast.Import) for a in n.names]
-    assert not [name for name in loaded if name.split(".")[0] == "matplotlib"]
+def test_matplotlib_is_loaded_to_draw():
+    for path in MODULES:
+        tree = ast.parse(text_of(path))
+        loaded = [n.module or "" for n in tree.body if isinstance(n, ast.ImportFrom)]
+        loaded += [a.name for n in tree.body if isinstance(n, ast.Import) for a in n.names]
+        assert not [name for name in loaded if name.split(".")[0] == "matplotlib"], path

@@ -113,26 +113,30 @@ def test_every_allowed_use_is_one():
     assert not [phrase for phrase in ALLOWED if phrase not in text]
 
 
-@pytest.mark.parametrize(
-    "path", [p for p in FILES if p.suffix == ".py" and where(p).startswith("microsurf")], ids=where
-)
-def test_a_local_is_the_noun_that_it_is(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    stored = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and not _is_read(n)}
-    given = {n.arg for n in ast.walk(tree) if isinstance(n, ast.arg)}
-    assert not (stored | given) & LOCALS
+@pytest.fixture(scope="module")
+def nodes():
+    """All of the syntax tree of each Python file, by its address."""
+    return {
+        path: list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        for path in FILES
+        if path.suffix == ".py"
+    }
+
+
+def test_a_local_is_the_noun_that_it_is(nodes):
+    for path, of_file in nodes.items():
+        if where(path).startswith("microsurf"):
+            stored = {n.id for n in of_file if isinstance(n, ast.Name) and not _is_read(n)}
+            given = {n.arg for n in of_file if isinstance(n, ast.arg)}
+            assert not (stored | given) & LOCALS, path
 
 
 def _is_read(name):
     return isinstance(name.ctx, ast.Load)
 
 
-@pytest.mark.parametrize("path", [p for p in FILES if p.suffix == ".py"], ids=where)
-def test_no_module_or_class_has_an_ordinary_word_for_its_name(path):
-    classes = {
-        node.name.lower()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ClassDef)
-    }
-    assert path.stem not in NAMES
-    assert not classes & NAMES
+def test_no_module_or_class_has_an_ordinary_word_for_its_name(nodes):
+    for path, of_file in nodes.items():
+        classes = {node.name.lower() for node in of_file if isinstance(node, ast.ClassDef)}
+        assert path.stem not in NAMES, path
+        assert not classes & NAMES, path
