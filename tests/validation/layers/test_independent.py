@@ -3,8 +3,8 @@ import pytest
 
 from microsurf.model import walk
 from microsurf.scene import Layers, Light, Material, Roughness, Scene, Substrate
-from validation.layers.independent.cases import KD, QUANTITIES, quantities
-from validation.layers.independent.run import WALKS, over
+from validation.layers.independent.cases import KD, QUANTITIES, WALKS, quantities
+from validation.layers.independent.measures import over
 
 
 def test_how_far_two_sources_are_and_its_error():

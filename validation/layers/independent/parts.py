@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from .cases import KD, THETAS, Parts, traced_parts, walked_parts
+from .measures import over
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -42,19 +44,17 @@ def rows() -> Iterator[Row]:
     for gamma, structure, cells in CASES:
         traced, walked = traced_parts(gamma, structure, cells), walked_parts(gamma)
         worth = off_by_part(traced, walked)
-        count = len(traced.total)
         for t, theta in enumerate(THETAS):
-            total = traced.total[:, t]
-            ratio = walked.total[0, t] / total.mean()
-            error = ratio * total.std(ddof=1) / np.sqrt(count) / total.mean()
+            total, limits = traced.total[:, t], (traced.limit[:, t], walked.limit[:, t])
+            percent, error = over(walked.total[:, t], total)
             yield {
                 "gamma": gamma, "structure": structure, "cells": cells, "theta_i": theta, "kd": KD,
                 "traced": float(total.mean()), "walked": float(walked.total[0, t]),
-                "percent": 100 * (ratio - 1), "percent_error": 100 * error,
+                "percent": percent, "percent_error": error,
                 **{f"by_{name}": float(values[t]) for name, values in worth.items()},
-                "traced_over_limit": 100 * float(total.mean() / traced.limit[:, t].mean() - 1),
-                "walked_over_limit": 100 * float(walked.total[0, t] / walked.limit[0, t] - 1),
+                "traced_over_limit": over(total, limits[0])[0],
+                "walked_over_limit": 100 * float(walked.total[0, t] / limits[1][0] - 1),
                 "substrate_traced": float(traced.substrate.mean()),
-                "substrate_error": float(traced.substrate.std(ddof=1) / np.sqrt(count)),
+                "substrate_error": float(stats.sem(traced.substrate[:, 0])),
                 "substrate_walked": float(walked.substrate[0, 0]),
             }  # fmt: skip

@@ -14,37 +14,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microsurf.cli.save import rounded, save
 
 from . import figures, parts
-from .cases import GAPS, QUANTITIES, SOURCES, THETAS, WALKS, light_of
+from .cases import GAPS, QUANTITIES, SOURCES, THETAS, light_of
+from .measures import over
 
-Array = NDArray[np.float64]
 Row = dict[str, Any]
 
 OUT = Path(__file__).parents[3] / "reports" / "layers"
 STRUCTURE = "smith-walk over il"
 """What Smith's walk is off by on one layer of the same interfaces: the structure's effect."""
-
-
-def over(ones: Array, others: Array) -> tuple[float, float]:
-    """Mean of ones over that of others, less 1, in percent, and its standard error.
-
-    Traces of the same realisations are paired; of a theory there is one value, of WALKS walks.
-    """
-    ratio = ones.mean() / others.mean()
-    variance = 0.0
-    if len(ones) == len(others):
-        variance = float(np.var(ones - ratio * others, ddof=1)) / len(others)
-    else:
-        for values, factor in ((ones, 1.0), (others, ratio)):
-            mean = values.mean()
-            one = len(values) == 1
-            spread = mean * (1 - mean) / WALKS if one else np.var(values, ddof=1) / len(values)
-            variance += float(factor**2 * spread)
-    return 100 * (ratio - 1), 100 * float(np.sqrt(variance)) / others.mean()
 
 
 def rows() -> Iterator[Row]:
