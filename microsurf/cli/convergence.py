@@ -8,7 +8,7 @@ import click
 
 from .. import memory
 from ..analysis.convergence.steps import EFFORTS
-from ..analysis.convergence.study import Convergence, Row, converge
+from ..analysis.convergence.study import Convergence, Row, check, converge
 from ..analysis.stages import Run
 from ..report import make_folder
 from ..report.figures.convergence import draw
@@ -69,7 +69,8 @@ def convergence_command(
     """
     requested = Scene.read(scene)
     check_tail(requested, allow_truncated_tail)
-    _check(requested, EFFORTS[effort].cells)
+    check(requested)
+    _check_size(requested, EFFORTS[effort].cells)
     out = Path("reports/convergence") / scene.stem if out is None else out
     make_folder(out)
     run = Run(out, resume=resume)
@@ -89,7 +90,7 @@ def convergence_command(
     write(f"\nfigure: {out / 'convergence.png'}   ({result.seconds:.0f} s)")
 
 
-def _check(scene: Scene, most: int) -> None:
+def _check_size(scene: Scene, most: int) -> None:
     """Refuse what would not fit, and a file that is not there, before any work."""
     if scene.surface.file is not None:
         check_from_file(scene, {})

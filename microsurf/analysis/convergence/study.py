@@ -83,12 +83,8 @@ def converge(
         As `measure`, or if the scene reflects nothing.
 
     """
-    refuse(scene.layers, "the study of convergence")
+    check(scene)
     places = list(_places(scene))
-    if not places:
-        raise InputError(
-            "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
-        )
     stages = stages or Stages()
     convergence = Convergence()
     counts = ray_counts(scene, effort)
@@ -155,6 +151,15 @@ class _Place:
 _Values = tuple[Array, Array]
 """A quantity on each realisation, and the standard errors of its rays."""
 _Seen = dict[_Place, _Values]
+
+
+def check(scene: Scene) -> None:
+    """Refuse what the study is not for."""
+    refuse(scene.layers, "the study of convergence")
+    if not list(_places(scene)):
+        raise InputError(
+            "material.n = 1 without a substrate: nothing is reflected; give kd > 0 or n > 1"
+        )
 
 
 def _places(scene: Scene) -> Iterator[_Place]:
