@@ -44,6 +44,13 @@ def _conductor(mu: ArrayLike, index: ArrayLike, k: float) -> _Conductor:
     return _Conductor(eta2, excess, g, np.abs(g + mu) ** 2, np.abs(eta2 * mu + g) ** 2)
 
 
+def _absorbed(metal: _Conductor, mu: Array) -> Array:
+    """T(μ) of a conductor."""
+    in_s = metal.g.real / metal.across
+    in_p = (metal.eta2 * metal.g.conj()).real / metal.along
+    return np.asarray(2 * mu * (in_s + in_p))
+
+
 def reflectance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
     """Fresnel reflectance F(μ), μ in [0, 1]; 0 if n = 1 and k = 0.
 
@@ -56,7 +63,7 @@ def reflectance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
         r_s = np.abs(metal.excess) / metal.across
         r_p = np.abs(metal.excess * ((metal.eta2 + 1) * squared - 1)) / metal.along
         # Where n < 1 mirrors nearly all, errors of g cancel in T and not in r_s and r_p.
-        absorbed = transmittance(mu, n, k)
+        absorbed = _absorbed(metal, float_array("mu", mu))
         return np.where(absorbed < 0.5, 1 - absorbed, (r_s**2 + r_p**2) / 2)
     mu, n, excess, g = _terms(mu, n)
     with np.errstate(invalid="ignore", divide="ignore"):  # n = 1 at grazing
@@ -65,16 +72,28 @@ def reflectance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
     return np.where(n == 1, 0.0, (r_s**2 + r_p**2) / 2)
 
 
+def conductor_derivatives(mu: ArrayLike, n: float, k: float) -> tuple[Array, Array]:
+    """∂F/∂n and ∂F/∂k of a conductor's reflectance, k > 0.
+
+    Both amplitudes r are holomorphic in η = n + ik, and F is half the sum of their |r|².
+    """
+    metal, mu, eta = _conductor(mu, n, k), float_array("mu", mu), complex(n, k)
+    along = metal.eta2 * mu + metal.g
+    r_s, r_p = (mu - metal.g) / (mu + metal.g), (metal.eta2 * mu - metal.g) / along
+    rise = eta / metal.g  # of g
+    by_s = -2 * mu * rise / (mu + metal.g) ** 2
+    by_p = 2 * mu * eta * (2 * metal.g - eta * rise) / along**2
+    total = r_s.conj() * by_s + r_p.conj() * by_p
+    return np.asarray(total.real), np.asarray(-total.imag)
+
+
 def transmittance(mu: ArrayLike, n: ArrayLike, k: float = 0.0) -> Array:
     """T(μ) = 1 − F(μ), with relative accuracy also at grazing incidence; 1 if n = 1 and k = 0.
 
     What goes into a conductor (k > 0) is absorbed there.
     """
     if k != 0:
-        metal, mu = _conductor(mu, n, k), float_array("mu", mu)
-        in_s = metal.g.real / metal.across
-        in_p = (metal.eta2 * metal.g.conj()).real / metal.along
-        return np.asarray(2 * mu * (in_s + in_p))
+        return _absorbed(_conductor(mu, n, k), float_array("mu", mu))
     mu, n, _, g = _terms(mu, n)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # n = 1 at grazing
         t = 2 * g * mu * (1 / (g + mu) ** 2 + n**2 / (n**2 * mu + g) ** 2)

@@ -82,6 +82,19 @@ def test_conductors_are_exact_to_rounding(n, k):
         assert off <= allowed * float(min(1, exact + abs(1 - exact))), mu
 
 
+@pytest.mark.parametrize("k", [0.02, 0.5, 6.0])
+@pytest.mark.parametrize("n", [0.05, 1.0, 3.0])
+def test_derivatives_of_conductors(n, k):
+    for mu in (1e-3, 0.3, 0.99, 1.0):
+        found = fresnel.conductor_derivatives(mu, n, k)
+        exact = [
+            mp.diff(lambda x, mu=mu: metal_textbook(mu, x, k), n),
+            mp.diff(lambda x, mu=mu: metal_textbook(mu, n, x), k),
+        ]
+        scale = max(abs(float(e)) for e in exact)
+        assert [float(x) for x in found] == pytest.approx(list(map(float, exact)), abs=1e-9 * scale)
+
+
 def test_a_conductor_of_small_index_keeps_its_digits_at_normal_incidence():
     """g has 10 digits there, in r_s and r_p one by one, but F is even in the angle."""
     for n, k in ((1e-3, 1e-6), (1e-3, 1e-9), (0.01, 1e-4)):

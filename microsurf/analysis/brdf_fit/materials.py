@@ -65,6 +65,15 @@ class Lobes(NamedTuple):
         reflected = fresnel.reflectance(self.half, n, k)
         return np.asarray(np.einsum("pk,pk->p", reflected, self.white))
 
+    def derivatives(self, n: float, k: float) -> tuple[Array, Array]:
+        """∂S/∂ln n and ∂S/∂ln k of a conductor, each of shape (pairs,)."""
+        by_n, by_k = fresnel.conductor_derivatives(self.half, n, k)
+
+        def summed(by: Array) -> Array:
+            return np.asarray(np.einsum("pk,pk->p", by, self.white))
+
+        return n * summed(by_n), k * summed(by_k)
+
 
 class Lambertian(NamedTuple):
     """Body light that passes no interface."""

@@ -89,6 +89,10 @@ class Problem:
             recent=self.recent.select(rows),
         )
 
+    def of_channels(self, channels: NDArray[np.intp]) -> "Problem":
+        """Return some of the channels, by their numbers."""
+        return replace(self, logs=self.logs[:, channels], known=self.known[:, channels])
+
     def residuals(self, model: Array) -> Array:
         """Measured less modelled logarithms, shape (pairs, channels); 0 where nothing is known."""
         # A noisy correction may push a dark model below −1/cosθ: keep the logarithm.

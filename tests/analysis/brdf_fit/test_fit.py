@@ -9,8 +9,8 @@ from made import closed_form, directions, measured
 from microsurf.analysis.brdf_fit import aperture, later_orders, verdict
 from microsurf.analysis.brdf_fit.fit import fit_brdf
 from microsurf.analysis.brdf_fit.held_out import held_out
-from microsurf.analysis.brdf_fit.inside import best_weights
-from microsurf.analysis.brdf_fit.materials import MATERIALS
+from microsurf.analysis.brdf_fit.inside import best_indices, best_weights
+from microsurf.analysis.brdf_fit.materials import MATERIALS, lobes
 from microsurf.analysis.brdf_fit.nearby import derivatives, follow
 from microsurf.analysis.brdf_fit.parameters import Layout
 from microsurf.analysis.brdf_fit.problem import problem_of
@@ -197,6 +197,28 @@ def test_weights_inside_are_the_minimum(paint):
     for move in (-1e-4, 1e-4):
         trial = np.clip(weights + move, 0, 1)
         assert np.all(squares(trial) >= squares(weights) - 1e-12)
+
+
+@pytest.mark.parametrize("truth", [[0.2, 3.5], [1.3, 0.02]])
+def test_indices_inside_are_the_minimum(truth):
+    """Also where k stops at its bound, and n has to find its own way."""
+    vector = np.array([np.log(0.25), 0.5])
+    brdf = closed_form("conductor", vector, [truth, [1.1, 2.6]], directions())
+    noise = 1 + 0.05 * np.random.default_rng(4).standard_normal(brdf.values.shape)
+    problem = problem_of(replace(brdf, values=brdf.values * noise))
+    material = MATERIALS["conductor"]
+    modelled = lobes(problem, material, Layout(material.optics, None, True), vector)
+    found = best_indices(problem, modelled, 0.0, None)
+    again = best_indices(problem, modelled, 0.0, found * 1.2)
+    assert again == pytest.approx(found, rel=1e-6)
+
+    def squares(indices):
+        mirrored = np.stack([modelled.mirrored(n, k) for n, k in indices], axis=1)
+        return np.sum(problem.residuals(mirrored) ** 2, axis=0)
+
+    for move in np.array([[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1]]) * 1e-4:
+        trial = np.clip(found * np.exp(move), 0.02, 20.0)
+        assert np.all(squares(trial) >= squares(found) - 1e-12)
 
 
 def test_the_cone_is_a_mean_over_solid_angle():
