@@ -8,9 +8,8 @@ from hypothesis import settings
 
 # As the command line has it: matrices are small, and two threads wait for each other's core.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read where numpy is loaded, as `judge` does
+import quick
 from judge import KEY, Ledger, fresh, judge, new_seed, verdict
-
-from microsurf.report.figures import figure
 
 __all__ = ["judge", "new_seed"]  # fixtures
 
@@ -71,9 +70,14 @@ def _own_cache(tmp_path_factory, monkeypatch):
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Leave figures empty, for tests of all else: they are most of a small run's time."""
-    monkeypatch.setattr(figure, "_drawn", lambda *_: b"<svg/>")
-    monkeypatch.setattr(figure, "_raster", lambda _: b"no PNG")
+    quick.without_figures(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def few_walks():
+    with pytest.MonkeyPatch.context() as patch:
+        quick.with_few_walks(patch)
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import forked
 import pytest
 from numba.core.dispatcher import Dispatcher
 
@@ -34,13 +35,21 @@ print(min(ends))
 """
 
 
+FROM_HERE = """
+import sys
+import numba
+sys.path.insert(0, sys.argv[1])
+sys.dont_write_bytecode = True
+numba.config.reload_config()
+"""
+"""What a fresh Python does with PYTHONPATH, PYTHONDONTWRITEBYTECODE and numba's variables."""
+
+
 def python(folder, code, **environment):
     """Run code on the package that lies in a folder: what it prints, and its errors."""
-    usual = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    ran = subprocess.run(  # noqa: S603 - our own
-        [sys.executable, "-c", code], env=usual | environment, cwd=folder,
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+    ran = forked.run(
+        FROM_HERE + code, folder, modules=("warm_numba",), env=os.environ | environment, cwd=folder
+    )
     assert ran.returncode == 0, ran.stderr
     return ran.stdout.strip(), ran.stderr
 

@@ -190,6 +190,7 @@ def test_a_run_begins_with_the_surfaces_and_rays_of_its_plan():
     assert float(run.paths.max()) < 0.25 * ROUND * PATHS_PER_ITEM
 
 
+@pytest.mark.usefixtures("few_walks", "undrawn")
 def test_validate_says_its_plans_and_keeps_to_them(tmp_path, monkeypatch):
     command = import_module("microsurf.cli.validate")
     checked = SelfTest([], None, "2020-01-01 00:00")

@@ -78,6 +78,7 @@ def test_stopped_after_every_stage_it_ends_the_same(tmp_path, work):
     assert again.taken_up == stops + 1
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("command", "efforts"),
     [

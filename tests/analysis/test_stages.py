@@ -65,7 +65,7 @@ def test_a_scene_stopped_after_every_stage_ends_the_same(tmp_path):
     "scene",
     [
         replace(TINY, roughness=Roughness(2.0, (0.0,))),
-        replace(TINY, effects=Effects(multiple_scattering=False)),
+        replace(ONE_ANGLE, effects=Effects(multiple_scattering=False)),
         replace(
             ONE_ANGLE, roughness=Roughness(2.0, (0.3, 0.5)), material=Material(1.5, (0.2, 0.8))
         ),

@@ -14,6 +14,8 @@ from microsurf.scene import Accuracy, Effects, Light, Material, Roughness, Scene
 from microsurf.scene.expectation import Expectation
 from microsurf.surface import Heightfield, generate_surface, write_surface
 
+pytestmark = pytest.mark.usefixtures("few_walks")
+
 TINY = Scene(
     material=Material(1.5, (0.0,)),  # no substrate: predictions take no time
     surface=Surface(cells=32, realisations=2),

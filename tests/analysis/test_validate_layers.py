@@ -101,6 +101,7 @@ def test_a_planted_change_of_the_layers_is_the_il_assumption():
     assert "il_assumption" not in terms(None)[TOTAL]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_and_the_document(entry, tmp_path):
     parts = sections.of_scene(entry, "layers")
     (layers,) = [part for part in parts if part.name == "layers"]

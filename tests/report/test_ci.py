@@ -10,6 +10,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from quick import without_figures
 
 from microsurf import report
 from microsurf.analysis import validate, validate_user_brdf, validation
@@ -41,7 +42,7 @@ check = jsonschema.Draft202012Validator(SCHEMA).validate
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, few_walks):  # noqa: ARG001 - for its effect
     """A report of a rough scene, a flat one and a user BRDF's, against one with other figures."""
     entry = validate.validate_scene("a|b<c>", SCENE)
     flat = validate.validate_scene("flat", FLAT)
@@ -55,7 +56,9 @@ def folder(tmp_path_factory):
     scenes[0]["comparisons"][0] |= {"measured": 1.0, "verdict": "holds"}
     old = {"schema": 3, "microsurf": "0", "scenes": scenes}
     out = tmp_path_factory.mktemp("now")
-    report.write([entry, flat, broken, tried], out, 7, old=("old.json", old))
+    with pytest.MonkeyPatch.context() as patch:
+        without_figures(patch)
+        report.write([entry, flat, broken, tried], out, 7, old=("old.json", old))
     return out
 
 

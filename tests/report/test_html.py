@@ -290,6 +290,7 @@ def test_a_folder_that_can_not_be_made_is_refused(tmp_path):
     assert list((tmp_path / "plain").iterdir()) == []
 
 
+@pytest.mark.usefixtures("few_walks")
 def test_plots_of_results_that_do_not_fit_together_are_refused(tmp_path):
     flux = validate.validate_scene("s", replace(SCENE, light=Light((30.0,)))).measured
     other = validate.validate_scene("s", replace(SCENE, light=Light((40.0,)))).measured

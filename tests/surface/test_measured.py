@@ -12,7 +12,10 @@ from microsurf.scene import Accuracy, Light, Scene, Surface
 
 DATA = os.environ.get("MICROSURF_DATA")
 
-pytestmark = pytest.mark.skipif(not DATA, reason="MICROSURF_DATA names no folder of measured data")
+pytestmark = [
+    pytest.mark.skipif(not DATA, reason="MICROSURF_DATA names no folder of measured data"),
+    pytest.mark.usefixtures("few_walks"),
+]
 
 
 def measured(name, spacing):

@@ -1,5 +1,7 @@
 """The user BRDF's figure draws the numbers it gives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,8 @@ from microsurf.model import UserBrdf
 from microsurf.report.figures import user_brdf
 from microsurf.results import detector
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
+
+pytestmark = pytest.mark.usefixtures("few_walks")
 
 SCENE = Scene(
     material=Material(1.0, (0.5,)),
@@ -43,5 +47,5 @@ def test_the_figure_draws_them(entry):
     )
 
 
-def test_without_a_user_brdf_there_are_no_numbers():
-    assert user_brdf.rows(validate.validate_scene("s", SCENE)) == []
+def test_without_a_user_brdf_there_are_no_numbers(entry):
+    assert user_brdf.rows(replace(entry, user_brdf=None)) == []
