@@ -86,7 +86,10 @@ def _write(fit: BrdfFit, out: Path | None, figure: Path | None) -> list[str]:
 
 def table(values: dict[str, Any]) -> dict[str, Any]:
     """Return the figures as people read them: no lists by channel or by zone."""
-    shown = {k: v for k, v in values.items() if k not in ("zones", "distributions", "one_order")}
+    lists = ("zones", "distributions", "one_order", "evidence", "wavelengths")
+    shown = {k: v for k, v in values.items() if k not in lists}
+    channels = values["channels"]
+    shown["channels"] = f"{channels[0]} … {channels[-1]}" if len(channels) > 3 else channels
     for name in ("kd", "n", "k"):
         if isinstance(values.get(name), list):
             shown.pop(f"{name}_ci", None)
@@ -99,6 +102,10 @@ def table(values: dict[str, Any]) -> dict[str, Any]:
         sigma = other.get("sigma")
         shown[f"{name}, order 1"] = (
             f"γ {_number(other['gamma'])}, σ {_number(sigma)}, log rms {other['log_rms']:.3g}"
+        )
+    for name, row in values["evidence"].items():
+        shown[f"std against {name}"] = (
+            f"better at {row['better']} of {row['of']} incidences left out, p {row['p']:.2g}"
         )
     return shown
 

@@ -92,7 +92,8 @@ def test_options_of_the_other_kind_are_refused(file, tmp_path):
 
 
 def test_people_see_infinity_for_beckmann():
-    values = {"gamma": 1e9, "gamma_ci": [2.5, 1e9], "sigma": 0.3, "distributions": {}}
+    lists = {"distributions": {}, "evidence": {}, "channels": ["R", "G", "B"]}
+    values = {"gamma": 1e9, "gamma_ci": [2.5, 1e9], "sigma": 0.3, **lists}
     assert table(values)["gamma"] == "∞"
     assert table(values)["gamma_ci"] == "2.5  ∞"
     assert table({**values, "gamma": None, "gamma_ci": None})["gamma"] is None

@@ -62,4 +62,6 @@ def scene_of(fit: BrdfFit) -> Scene:
 def values_said(values: dict[str, object]) -> str:
     """Say γ with its interval in words."""
     ends = values.get("gamma_ci")
-    return f"γ in {ends}" if ends else "a fixed distribution"
+    if not isinstance(ends, list):
+        return "a fixed distribution"
+    return "γ in " + " … ".join("∞" if end >= BECKMANN else f"{end:.4g}" for end in ends)
