@@ -38,7 +38,7 @@ print(min(ends))
 FROM_HERE = """
 import sys
 import numba
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = sys.argv[1:]
 sys.dont_write_bytecode = True
 numba.config.reload_config()
 """
