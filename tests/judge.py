@@ -25,7 +25,7 @@ from microsurf.stats import hypothesis_tests
 
 BUDGET = 1e-3
 """Probability that a run with new seeds fails by chance."""
-LEVEL = 2e-6
+LEVEL = 1.6e-6
 """Of a family of comparisons that does not say otherwise: a single one at 4.8 standard errors."""
 
 

@@ -34,7 +34,7 @@ def corners(draw):
     return asked, i, o
 
 
-SEARCH = settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+SEARCH = settings(max_examples=100, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.mark.parametrize("name", model.order_one())

@@ -35,9 +35,9 @@ def measured(name, spacing):
     ("name", "spacing", "gamma", "sigma", "ks"),
     [
         ("di-4", 0.0195, 3.25, 0.132, 0.006),
-        ("di-3", 0.039, 2.57, 0.124, 0.022),
+        pytest.param("di-3", 0.039, 2.57, 0.124, 0.022, marks=pytest.mark.long),
         ("al3d-1", 0.438, 6.1, 0.080, 0.013),  # 200 × 296: rectangular
-        ("example_ps", 0.00195, 11.7, 0.367, 0.006),
+        pytest.param("example_ps", 0.00195, 11.7, 0.367, 0.006, marks=pytest.mark.long),
     ],
 )
 def test_a_measured_surface_is_traced_fitted_and_compared(name, spacing, gamma, sigma, ks):
