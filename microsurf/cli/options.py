@@ -117,7 +117,9 @@ of_brdf = together(
     _many("--hold-out", "Incidences in degrees to judge by. Default 30,60."),
     click.option("--margin", type=float, help="Departure of a zone that still fits, 0.15."),
     click.option("--walks", type=int, help="For each pair, of later orders. Default 1000."),
-    click.option("--seed", type=int, help="Same seed, same walks. Default 0."),
+    click.option(
+        "--seed", type=click.IntRange(0, 2**64 - 1), help="Same seed, same walks. Default 0."
+    ),
     click.option("--pairs", type=PATH, help="Write the measured pairs: FILE.csv."),
 )
 light = together(

@@ -2,6 +2,7 @@
 
 import json
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -88,6 +89,17 @@ def test_options_of_the_other_kind_are_refused(file, tmp_path):
     with pytest.raises(InputError, match=r"--aperture 2.0: .* is a surface"):
         CliRunner().invoke(
             cli, ["fit", str(tmp_path / "heights.npy"), "--aperture", "2"], catch_exceptions=False
+        )
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64])
+def test_seeds_that_no_stream_has_are_refused(file, seed):
+    with pytest.raises(click.BadParameter, match="not in the range"):
+        CliRunner().invoke(
+            cli,
+            ["fit", str(file), "--seed", str(seed)],
+            catch_exceptions=False,
+            standalone_mode=False,
         )
 
 
