@@ -139,12 +139,16 @@ def fit_brdf(
     if not np.any(np.nanmean(brdf.values, axis=0) > 0):
         raise InputError(f"{brdf.source}: no channel has a mean value above 0: no light to fit")
     brdf = thinned(brdf)
-    if not isotropic and int(incidences(brdf, isotropic=False).max()) == int(
-        incidences(brdf, isotropic=True).max()
-    ):
+    azimuths = int(incidences(brdf, isotropic=False).max() - incidences(brdf, isotropic=True).max())
+    if not isotropic and azimuths == 0:
         raise InputError(
             f"{brdf.source}: light comes from one azimuth at each θ_i: an anisotropic fit needs "
             "several; fit it as isotropic"
+        )
+    if isotropic and azimuths > 0:
+        brdf = brdf.remarked(
+            "light comes from several azimuths, which an isotropic fit takes for one: is there a "
+            "lay? compare with --anisotropic"
         )
     cone = None if aperture is None else detector.cone(brdf.detector, aperture)
     problem = problem_of(brdf, isotropic=isotropic, cone=cone)

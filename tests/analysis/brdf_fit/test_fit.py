@@ -45,6 +45,7 @@ def test_a_paint_gives_its_parameters_back(fitted):
     assert found["n"] == pytest.approx(N, rel=1e-3)
     assert found["kd"] == pytest.approx(KD, rel=1e-3)
     assert fitted.verdict == "fits"
+    assert fitted.measured.remarks == ()
 
 
 def test_std_wins_at_held_out_angles_over_what_it_is_not(fitted):
@@ -90,6 +91,10 @@ def test_anisotropy_and_the_azimuth_of_its_axes():
     assert found["sigma_x"] == pytest.approx(0.25 * np.exp(along), rel=2e-3)
     assert found["sigma_y"] == pytest.approx(0.25 * np.exp(-along), rel=2e-3)
     assert found["azimuth_ci"][0] <= found["azimuth"] <= found["azimuth_ci"][1]
+    # An isotropic fit may be right in the mean over azimuths: that is for people to compare.
+    isotropic = fit_brdf(made, orders="1", hold_out=())
+    assert "is there a lay" in isotropic.measured.remarks[-1]
+    assert isotropic.one_order.solution.rms > 0.01
 
 
 def test_all_orders_add_light_and_move_the_fit(paint):
