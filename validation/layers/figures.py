@@ -203,17 +203,19 @@ def limits(thin: list[Row], thick: list[Row], kd: float) -> Figure:
             power = 100 * row["coefficient"] * gaps ** row["exponent"]
             left.plot(gaps, power, color=colour, linestyle=":", linewidth=1)
     left.set(xscale="log", yscale="log", xlabel="gap / correlation length L",
-             ylabel="body light: two layers over IL − 1 (%)")  # fmt: skip
+             ylabel="body light over that of IL − 1 (%)")  # fmt: skip
     left.set_xticks(gaps, [f"1/{1 / gap:g}" for gap in gaps])
     left.minorticks_off()
     left.set_yticks([0.1, 1, 10], ["0.1", "1", "10"])
     left.set_ylim(0.1, 20)
-    left.set_title(rf"thin: Kd = {kd:g}, $\theta_i$ = {GRAZING:g}°", fontsize=9.5)
+    left.set_title(
+        rf"thin, same relief: n = 1.5, Kd = {kd:g}, $\theta_i$ = {GRAZING:g}°", fontsize=9
+    )
     left.legend(fontsize=8, frameon=False)
     top = max(r["percent"] + t * r["se"] for r in thick)
     for panel, theta in zip(panels[1:], THETAS, strict=True):
         _thick(panel, [r for r in thick if r["theta_i"] == theta])
-        panel.set_title(rf"thick: Kd = 0.8, $\theta_i$ = {theta:g}°", fontsize=9.5)
+        panel.set_title(rf"thick: n = 1.5, Kd = 0.8, σ = 0.5, $\theta_i$ = {theta:g}°", fontsize=9)
         panel.set_ylim(-1, top + 0.2)
     panels[1].legend(title="substrate", fontsize=7.5, title_fontsize=8, frameon=False)
     return figure
@@ -236,6 +238,6 @@ def _thick(panel: Axes, thick: list[Row]) -> None:
         )
     panel.axhline(0, color=GREY, linewidth=1)
     panel.set(xscale="log", xlabel="gap / correlation length L",
-              ylabel="total: two layers over thick limit − 1 (%)")  # fmt: skip
+              ylabel="total albedo over the thick limit − 1 (%)")  # fmt: skip
     panel.set_xticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
     panel.minorticks_off()
