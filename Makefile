@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: validate test pytest test-long lint gallery atlas layers calibration coverage circle explorer gridwalk frontiers renderers two-layers bench dist docs clean
+.PHONY: validate test pytest test-long lint gallery atlas layers calibration coverage circle explorer gridwalk frontiers renderers two-layers bench widths dist docs clean
 
 validate: $(READY)
 	$(BIN)/microsurf validate
@@ -93,6 +93,10 @@ bench: $(READY)
 	$(BIN)/python -m validation.bench.run
 	$(BIN)/python -m validation.bench.time_to_error
 	$(BIN)/python -m validation.bench.effects
+
+# Of intervals, against a report of another version in reports/before.
+widths: $(READY)
+	$(BIN)/python -m validation.bench.widths
 
 # Wheel and sdist; the wheel tried where nothing else is, by the Pythons named in PYTHONS.
 dist: $(READY)
