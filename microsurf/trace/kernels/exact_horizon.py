@@ -10,7 +10,7 @@ import numpy as np
 
 from ...jit import compiled, inlined
 from .exact_lobe_fans import steeper
-from .exact_walk import LEAST, beside, far_side, greatest_ahead, unit
+from .exact_walk import LEAST, around, beside, far_side, greatest_ahead, unit
 
 _PATIENCE = 3  # cells between two looks at the pyramid
 
@@ -53,6 +53,7 @@ def first_blocked(
             far_y = far_side(cy >> k, k, ahead_y, tile.rows) + (iy - cy)
             tx, ty = (far_x - x) * per_x, (far_y - y) * per_y
             t = max(min(tx, ty), t)
+            old_x, old_y = ix, iy
             if tx <= ty:
                 ix = far_x - 1 + ahead_x
                 low, most = (iy, far_y - 1) if ahead_y else (far_y, iy)
@@ -61,7 +62,8 @@ def first_blocked(
                 iy = far_y - 1 + ahead_y
                 low, most = (ix, far_x - 1) if ahead_x else (far_x, ix)
                 ix = min(max(int(np.floor(x + t * dx)), low), most)
-            cx, cy = ix % tile.columns, iy % tile.rows
+            cx = around(cx + (ix - old_x), tile.columns)
+            cy = around(cy + (iy - old_y), tile.rows)
             tx, ty = (ix + ahead_x - x) * per_x, (iy + ahead_y - y) * per_y
             continue
         wait -= 1

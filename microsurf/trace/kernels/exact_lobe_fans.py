@@ -39,6 +39,21 @@ def nodes_of(rings: Rings) -> Nodes:
 
 
 @inlined
+def sum_of(numbers, count):
+    """Sum of the first ``count`` numbers, in four parts: one sum would wait for each addition."""
+    a = b = c = d = 0.0
+    whole = count - count % 4
+    for i in range(0, whole, 4):
+        a += numbers[i]
+        b += numbers[i + 1]
+        c += numbers[i + 2]
+        d += numbers[i + 3]
+    for i in range(whole, count):
+        a += numbers[i]
+    return (a + b) + (c + d)
+
+
+@inlined
 def ring_shares(mz, mt, last, rings, nodes, light, into):
     """Light of each ring the facet looks into, up to ``last``; their number and their sum.
 
@@ -58,10 +73,9 @@ def ring_shares(mz, mt, last, rings, nodes, light, into):
                 2 * g * (along * along + n2 * across * across)
                 / (both * both) * mu * mu * nodes.weights[i]
             )  # fmt: skip
-        total = 0.0
         for ring in range(whole):
             into[ring] = light[2 * ring] + light[2 * ring + 1]
-            total += into[ring]
+        total = sum_of(into, whole)
         count = whole
         if whole < len(into) and rings.edges[whole] < last:
             # The ring in which the facet stops looking.
@@ -114,12 +128,12 @@ def deposit(fan, first, weight, batch, sector, rings, nodes, light, into, tallie
     )
     scale = weight / total
     first = min(first, count)
-    arrived = 0.0
+    energy, squares = tallies.energy[1, 0, sector], tallies.squares[1, sector]
     for ring in range(first):
         part = into[ring] * scale
-        tallies.energy[1, 0, sector, ring] += part
-        tallies.squares[1, sector, ring] += part * part
-        arrived += into[ring]
+        energy[ring] += part
+        squares[ring] += part * part
+    arrived = sum_of(into, first)
     tallies.batches[batch, 0, 1] += arrived * scale
     blocked = total - arrived
     ring = first

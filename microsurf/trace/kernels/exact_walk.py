@@ -25,6 +25,16 @@ _PATIENCE = 3  # cells between two looks at the pyramid
 
 
 @inlined
+def around(cell, cells):
+    """Bring a cell back into the period; after a jump it is never far out, so no division."""
+    while cell >= cells:
+        cell -= cells
+    while cell < 0:
+        cell += cells
+    return cell
+
+
+@inlined
 def far_side(block, power, forward, cells):
     """Where the block ahead of ``block`` ends, in cells from the start of the block's period."""
     size = 1 << power
@@ -105,20 +115,30 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, start_side):
         z_in = z + t * dz
         if level >= 0:
             clear = -1.0
-            while level <= highest:
-                greatest = greatest_ahead(tile, level, cx, cy, quadrant)
-                if not z_in > greatest:
+            if dz >= 0:
+                # A ray that rises clears a block where it enters it: one block is enough to jump.
+                lowest = level
+                while level <= highest and z_in > greatest_ahead(tile, level, cx, cy, quadrant):
+                    level += 1
+                if level > highest:
                     break
-                k = level + 1
-                fore_x = far_side(cx >> k, k, ahead_x, tile.columns) + (ix - cx)
-                fore_y = far_side(cy >> k, k, ahead_y, tile.rows) + (iy - cy)
-                end = min((fore_x - x) / dx, (fore_y - y) / dy)
-                if dz < 0 and not z + end * dz > greatest:
-                    break
-                clear, far_x, far_y = end, fore_x, fore_y
-                level += 1
-            if level > highest and dz >= 0:
-                break
+                if level > lowest:
+                    far_x = far_side(cx >> level, level, ahead_x, tile.columns) + (ix - cx)
+                    far_y = far_side(cy >> level, level, ahead_y, tile.rows) + (iy - cy)
+                    clear = min((far_x - x) / dx, (far_y - y) / dy)
+            else:
+                while level <= highest:
+                    greatest = greatest_ahead(tile, level, cx, cy, quadrant)
+                    if not z_in > greatest:
+                        break
+                    k = level + 1
+                    fore_x = far_side(cx >> k, k, ahead_x, tile.columns) + (ix - cx)
+                    fore_y = far_side(cy >> k, k, ahead_y, tile.rows) + (iy - cy)
+                    end = min((fore_x - x) / dx, (fore_y - y) / dy)
+                    if not z + end * dz > greatest:
+                        break
+                    clear, far_x, far_y = end, fore_x, fore_y
+                    level += 1
             if t > until and abs(dz) * until < tile.top - tile.bottom:
                 break
             level -= 1
@@ -127,6 +147,7 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, start_side):
                     level = -1  # a block's edge: rounding leaves nothing to jump
                 wait = _PATIENCE
                 continue
+            old_x, old_y = ix, iy
             if (far_x - x) / dx <= (far_y - y) / dy:
                 ix = far_x - 1 + ahead_x
                 low, high = (iy, far_y - 1) if ahead_y else (far_y, iy)
@@ -135,7 +156,8 @@ def walk(tile, x, y, z, dx, dy, dz, t, cx, cy, start_side):
                 iy = far_y - 1 + ahead_y
                 low, high = (ix, far_x - 1) if ahead_x else (far_x, ix)
                 ix = min(max(int(np.floor(x + clear * dx)), low), high)
-            cx, cy = ix % tile.columns, iy % tile.rows
+            cx = around(cx + (ix - old_x), tile.columns)
+            cy = around(cy + (iy - old_y), tile.rows)
             t = clear
             tx, ty = (ix + ahead_x - x) / dx, (iy + ahead_y - y) / dy
             start_side = -1
