@@ -75,7 +75,7 @@ frontiers: $(READY)
 	$(BIN)/python -m validation.tradeoff.run
 	$(BIN)/python -m validation.tradeoff.recommendations
 
-# Mitsuba's BSDFs against explicit surfaces, six minutes; the picture wants LLVM 19.
+# Mitsuba's BSDFs against explicit surfaces, ten minutes; the picture wants LLVM 19.
 renderers: $(READY)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable ".[mitsuba]"
 	$(BIN)/python -m validation.renderers.run

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from microsurf.model.user_brdf.mitsuba_bsdf import load
 
 from ..mitsuba.meshes import mesh_of
+from . import srgb
 
 Array = NDArray[np.float64]
 
@@ -86,7 +87,7 @@ def render(heights: Array, theta: float, n: float, kd: float) -> Array:
     for seed in range(PASSES):
         pixels += np.clip(np.array(mi.render(scene, spp=SAMPLES, seed=seed)), 0, 1) / PASSES
     alpha = pixels[..., 3:]
-    return np.asarray(pixels[..., :3] ** (1 / 2.2) * alpha + 1 - alpha)
+    return np.asarray(srgb.encode(pixels[..., :3]) * alpha + 1 - alpha)
 
 
 def _mesh(mi: Any, vertices: Array, faces: NDArray[np.int64], n: float, kd: float) -> Any:

@@ -20,7 +20,7 @@ from microsurf.report.figures.style import own_style
 from microsurf.results import datasets, detector
 from microsurf.scene import Accuracy, Light, Material, Scene
 
-from . import gallery
+from . import gallery, srgb
 
 Array = NDArray[np.float64]
 
@@ -176,9 +176,9 @@ def render(table: Table, seen: View) -> Array:
 
 
 def displayed(radiance: Array) -> Array:
-    """Grey of each pixel in 0 … 1: Reinhard's curve (SIGGRAPH 2002) to WHITE, then sRGB's power."""
+    """Grey of each pixel in 0 … 1: Reinhard's curve (SIGGRAPH 2002) to WHITE, then sRGB."""
     curve = radiance * (1 + radiance / WHITE**2) / (1 + radiance)
-    return np.asarray(np.clip(curve, 0, 1) ** (1 / 2.2))
+    return srgb.encode(curve)
 
 
 def _hidden_sky(points: Array) -> Array:

@@ -21,8 +21,8 @@ from microsurf.stats import intervals
 ALPHAS = (0.1, 0.3, 0.5, 0.7)
 THETAS = (0.0, 30.0, 60.0, 80.0)
 MARGIN = 0.05
-SURFACE = Surface(cells=256, realisations=4)
-PATHS = 40_000
+SURFACE = Surface(cells=256, realisations=64)
+PATHS = 20_000
 
 PLASTIC = Material(1.5, (0.8,))
 LAMBERTIAN = Material(1.0, (0.8,))
@@ -48,7 +48,7 @@ class Compared:
 
 
 WALK = "smith-walk"
-WALKS = 200_000
+WALKS = 1_000_000
 
 TOTAL: Parts = (("total", None, None),)
 KINDS: Parts = (
