@@ -104,10 +104,25 @@ class Child:
 
 
 def run(code, *words, timeout=300, **options):
-    """Run code to its end: its exit code, and what it printed, as `subprocess.run` has them."""
+    """Run code to its end: its exit code, and what it printed, as `subprocess.run` has them.
+
+    Where nothing can be forked (Windows) in a fresh process.
+    """
+    if not hasattr(os, "fork"):
+        return _fresh(code, words, timeout, **options)
     with Child(code, *words, **options) as process:
         out, err = process.communicate(timeout)
     return subprocess.CompletedProcess(code, process.returncode, out, err)
+
+
+def _fresh(code, words, timeout, content=b"", modules=(), **options):
+    del modules
+    command = [sys.executable, "-c", code, *map(str, words)]
+    ran = subprocess.run(  # noqa: S603 - our own
+        command, input=content, capture_output=True, check=False, timeout=timeout, **options
+    )
+    texts = (text.decode(errors="surrogateescape") for text in (ran.stdout, ran.stderr))
+    return subprocess.CompletedProcess(command, ran.returncode, *texts)
 
 
 @cache

@@ -14,7 +14,10 @@ print("γ", file=sys.stderr)
 """
 
 
-def test_streams_words_folder_and_environment(tmp_path):
+@pytest.mark.parametrize("forks", [True, False])
+def test_streams_words_folder_and_environment(tmp_path, monkeypatch, forks):
+    if not forks:
+        monkeypatch.delattr(os, "fork")
     content = b"x" * 200_000  # more than a pipe holds
     ran = forked.run(TELL, "a", 1, content=content, cwd=tmp_path, env={**os.environ, "TOLD": "e"})
     assert ran.stdout == f"['-c', 'a', '1'] {tmp_path} e 1 {content.decode()}\n"
