@@ -32,6 +32,7 @@ KINDS = [(0.0, 0.0), *((r, c) for r in RATIOS[1:] for c in CORRELATIONS)]
 """Rows: σ of the substrate over that of the interface, correlation."""
 NAMES = {0.0: "flat", 0.5: "half", 1.0: "equal", 2.0: "double"}
 THEORIES = {"il": "IL", "layered-walk": "layered walk"}
+"""IL facets traced on the same interfaces, which pairs them; the theory of independent layers."""
 COLUMNS = {"total": "total albedo", "lobe": "body lobe (rms over directions)"}
 
 

@@ -32,23 +32,23 @@ from .cases import (
     two_layers,
     walked,
 )
-from .measures import apart, lobe_distance, relative
+from .measures import lobe_distance, relative
 
 Row = dict[str, Any]
 
 OUT = Path(__file__).parents[2] / "reports" / "layers"
-THEORIES = ("il", "layered-walk")
-"""IL facets traced on the same interfaces, which pairs them; the theory of independent layers."""
 
 
 def rows_of(pair: Pair, n: float, gap: float) -> Iterator[Row]:
     """How far two layers are from either theory, at each angle and Kd."""
     layers = two_layers(pair, n, gap)
-    theories = dict(zip(THEORIES, (alone(pair.gamma, pair.sigma, n), walked(pair, n)), strict=True))
+    theories = dict(
+        zip(figures.THEORIES, (alone(pair.gamma, pair.sigma, n), walked(pair, n)), strict=True)
+    )
     for theory, (t, theta), (k, kd) in product(theories, enumerate(THETAS), enumerate(KDS)):
         one, other = layers[:, t, k], theories[theory][:, t, k]
         paired = theory == "il"
-        total = (relative if paired else apart)(one[:, 0], other[:, 0])
+        total = relative(one[:, 0], other[:, 0], paired=paired)
         lobe = lobe_distance(one[:, len(SUMS) :], other[:, len(SUMS) :], paired=paired)
         yield {
             "theory": theory, "gamma": pair.gamma, "sigma": pair.sigma, "n": n,
@@ -75,7 +75,7 @@ def main() -> None:
     rows = [row for case in tqdm(cases(), disable=None) for row in rows_of(*case)]
     worst = [
         {"theory": theory} | row
-        for theory in THEORIES
+        for theory in figures.THEORIES
         for row in worst_rows([row for row in rows if row["theory"] == theory])
     ]
     OUT.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""How far two layers are from IL facets on the same surfaces."""
+"""How far two sources of light are from each other."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,23 +10,40 @@ from .cases import projected_solid_angles
 Array = NDArray[np.float64]
 
 
-def relative(ones: Array, others: Array) -> tuple[float, float]:
-    """Mean of paired differences over the mean of the others, in percent, and its error."""
+def relative(
+    ones: Array, others: Array, *, paired: bool = True, walks: int = 0
+) -> tuple[float, float]:
+    """Mean of ones over that of others, less 1, in percent, and its standard error.
+
+    NaN if the others are dark.
+
+    Parameters
+    ----------
+    ones, others : array, shape (realisations,)
+        Albedos.
+    paired : bool
+        Whether both are of the same realisations, of one number; else both scatter on their own.
+    walks : int
+        Of how many walks a single value is that is not paired: each gives all or nothing, which
+        bounds its variance.
+
+    """
     mean = others.mean()
     if mean == 0:
         return np.nan, np.nan
-    ratio = (ones - others).mean() / mean
-    rest = ones - (1 + ratio) * others
-    return 100 * ratio, 100 * rest.std(ddof=1) / np.sqrt(len(rest)) / mean
-
-
-def apart(ones: Array, others: Array) -> tuple[float, float]:
-    """`relative` of values that are not paired."""
-    mean = others.mean()
     ratio = ones.mean() / mean
-    variances = [np.var(values, ddof=1) / len(values) for values in (ones, others)]
-    error = np.sqrt(variances[0] + ratio**2 * variances[1])
-    return 100 * (ratio - 1), 100 * error / mean
+    if paired:
+        variance = np.var(ones - ratio * others, ddof=1) / len(ones)
+    else:
+        variance = _of_mean(ones, walks) + ratio**2 * _of_mean(others, walks)
+    return 100 * float(ratio - 1), 100 * float(np.sqrt(variance) / mean)
+
+
+def _of_mean(values: Array, walks: int) -> float:
+    """Variance of the mean, of several realisations or of a value by walks."""
+    if len(values) == 1:
+        return float(values[0] * (1 - values[0]) / walks)
+    return float(np.var(values, ddof=1) / len(values))
 
 
 def lobe_distance(ones: Array, others: Array, *, paired: bool = True) -> tuple[float, float, float]:

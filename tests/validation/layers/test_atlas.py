@@ -57,7 +57,7 @@ def test_a_lobe_that_differs_is_told_from_noise(judge):
 def test_a_theory_is_not_paired_with_surfaces(judge):
     """The scatter of both counts; surfaces that scatter alike are no help."""
     others = np.array([0.9, 1.0, 1.1])
-    percent, error = measures.apart(1.1 * others, others)
+    percent, error = measures.relative(1.1 * others, others, paired=False)
     assert percent == pytest.approx(10)
     assert error == pytest.approx(100 * 1.1 * np.sqrt(2 * 0.01 / 3))
     assert measures.relative(1.1 * others, others)[1] < 1e-10

@@ -4,18 +4,18 @@ import pytest
 from microsurf.model import walk
 from microsurf.scene import Layers, Light, Material, Roughness, Scene, Substrate
 from validation.layers.independent.cases import KD, QUANTITIES, WALKS, quantities
-from validation.layers.independent.measures import over
+from validation.layers.measures import relative
 
 
 def test_how_far_two_sources_are_and_its_error():
     """Pairs that go together have no error; a theory has that of its walks."""
     traced = np.array([0.4, 0.5, 0.6])
-    assert over(1.1 * traced, traced) == pytest.approx((10.0, 0.0), abs=1e-12)
-    percent, error = over(np.array([0.5]), traced)
+    assert relative(1.1 * traced, traced) == pytest.approx((10.0, 0.0), abs=1e-12)
+    percent, error = relative(np.array([0.5]), traced, paired=False, walks=WALKS)
     assert percent == pytest.approx(0, abs=1e-12)
     walked = 0.5 * 0.5 / WALKS
     assert error == pytest.approx(100 * np.sqrt(0.01 / 3 + walked) / 0.5)
-    percent, error = over(traced[:2], traced)
+    percent, error = relative(traced[:2], traced, paired=False)
     assert percent == pytest.approx(-10)
     assert error == pytest.approx(100 * np.sqrt(0.005 / 2 + 0.9**2 * 0.01 / 3) / 0.5)
 

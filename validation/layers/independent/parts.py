@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from .cases import KD, THETAS, Parts, traced_parts, walked_parts
-from .measures import over
+from ..measures import relative
+from .cases import KD, THETAS, WALKS, Parts, traced_parts, walked_parts
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -46,13 +46,13 @@ def rows() -> Iterator[Row]:
         worth = off_by_part(traced, walked)
         for t, theta in enumerate(THETAS):
             total, limits = traced.total[:, t], (traced.limit[:, t], walked.limit[:, t])
-            percent, error = over(walked.total[:, t], total)
+            percent, error = relative(walked.total[:, t], total, paired=False, walks=WALKS)
             yield {
                 "gamma": gamma, "structure": structure, "cells": cells, "theta_i": theta, "kd": KD,
                 "traced": float(total.mean()), "walked": float(walked.total[0, t]),
                 "percent": percent, "percent_error": error,
                 **{f"by_{name}": float(values[t]) for name, values in worth.items()},
-                "traced_over_limit": over(total, limits[0])[0],
+                "traced_over_limit": relative(total, limits[0])[0],
                 "walked_over_limit": 100 * float(walked.total[0, t] / limits[1][0] - 1),
                 "substrate_traced": float(traced.substrate.mean()),
                 "substrate_error": float(stats.sem(traced.substrate[:, 0])),

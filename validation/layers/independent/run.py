@@ -17,9 +17,9 @@ import numpy as np
 
 from microsurf.cli.save import rounded, save
 
+from ..measures import relative
 from . import figures, parts
-from .cases import GAPS, QUANTITIES, SOURCES, THETAS, light_of
-from .measures import over
+from .cases import GAPS, QUANTITIES, SOURCES, THETAS, WALKS, light_of
 
 Row = dict[str, Any]
 
@@ -39,7 +39,8 @@ def rows() -> Iterator[Row]:
             for source, (ones, others) in pairs.items():
                 if np.isnan(ones).any():
                     continue
-                percent, error = over(ones, others)
+                paired = len(ones) == len(others)
+                percent, error = relative(ones, others, paired=paired, walks=WALKS)
                 yield {
                     "gamma": gamma, "gap_over_length": GAPS[gamma], "theta_i": theta,
                     "quantity": quantity, "source": source, "value": float(ones.mean()),
