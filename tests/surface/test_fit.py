@@ -143,7 +143,7 @@ def test_what_cannot_be_fitted_is_refused():
         fit_std(generate_surface(2.0, 0.5, cells=(4, 6)))
 
 
-@pytest.mark.skipif(DATA is None, reason="set MICROSURF_DATA to the folder of measured surfaces")
+@pytest.mark.skipif(not DATA, reason="set MICROSURF_DATA to the folder of measured surfaces")
 @pytest.mark.parametrize(
     ("name", "spacing", "gamma", "sigma", "ks"),
     [

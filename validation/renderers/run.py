@@ -24,21 +24,18 @@ DIGITS = 4
 def main() -> None:
     """Compute and write all three."""
     predicted = study.predictions()
-    # Rounded first: the page says what the table says, to the last digit.
-    table = [_as_kept(row) for seed in SEEDS for row in study.rows(predicted, seed)]
+    written = rounded((row for seed in SEEDS for row in study.rows(predicted, seed)), DIGITS)
+    # The page says what the table says, to the last digit.
+    table = [study.as_read(row) for row in written]
     OUT.mkdir(parents=True, exist_ok=True)
     text = page(table)
     contents: dict[str, Content] = {
-        "mitsuba.csv": rounded(table, DIGITS),
+        "mitsuba.csv": written,
         "mitsuba.md": text,
         "mitsuba.png": errors_and_light([row for row in table if row["seed"] == SEEDS[0]]),
     }
     save(OUT, contents, DPI)
     sys.stdout.write(text)
-
-
-def _as_kept(row: study.Row) -> study.Row:
-    return {k: float(f"{v:.{DIGITS}g}") if isinstance(v, float) else v for k, v in row.items()}
 
 
 if __name__ == "__main__":

@@ -29,6 +29,9 @@ LAMBERTIAN = Material(1.0, (0.8,))
 GOLD = Material(0.21, (), 3.27)
 """At 600 nm."""
 
+NUMBERS = ("alpha", "theta_i", "traced", "standard_error", "predicted", "effect", "low", "high")
+"""Columns of a row that hold numbers, but the seed."""
+
 Row = dict[str, Any]
 Parts = tuple[tuple[str, str | None, int | None], ...]
 
@@ -96,6 +99,11 @@ def predictions(alphas: tuple[float, ...] = ALPHAS) -> dict[tuple[str, float], x
             brdf = model.load_user_brdf(compared.given)
             found[name, alpha] = model.predict_user_brdf(brdf, scene)
     return found
+
+
+def as_read(row: Row) -> Row:
+    """Give a row of the table, whose numbers are text, as `rows` gives it."""
+    return {**row, **{name: float(row[name]) for name in NUMBERS}, "seed": int(row["seed"])}
 
 
 def rows(predicted: dict[tuple[str, float], xr.Dataset], seed: int) -> list[Row]:

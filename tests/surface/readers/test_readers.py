@@ -23,7 +23,7 @@ from microsurf.surface import (
 from microsurf.surface.readers import surface_topography
 
 DATA = os.environ.get("MICROSURF_DATA")
-measured = pytest.mark.skipif(DATA is None, reason="set MICROSURF_DATA to the measured surfaces")
+measured = pytest.mark.skipif(not DATA, reason="set MICROSURF_DATA to the measured surfaces")
 
 
 def topography(name):

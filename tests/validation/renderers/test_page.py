@@ -6,14 +6,11 @@ import pytest
 
 from validation.renderers import figure, run, study, text
 
-NUMBERS = ("alpha", "theta_i", "traced", "standard_error", "predicted", "effect", "low", "high")
-
 
 @pytest.fixture
 def rows():
     with (run.OUT / "mitsuba.csv").open(encoding="utf-8") as file:
-        found = list(csv.DictReader(file))
-    return [row | {k: float(row[k]) for k in NUMBERS} | {"seed": int(row["seed"])} for row in found]
+        return [study.as_read(row) for row in csv.DictReader(file)]
 
 
 def test_the_page_is_that_of_the_rows(rows):
