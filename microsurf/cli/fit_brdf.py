@@ -16,7 +16,7 @@ from ..files import check_writable, whole_file
 from ..report.figures import brdf_fit as drawn
 from ..report.figures.figure import write
 from ..results.measured_brdf import read_brdf, write_csv
-from .output import check_ending
+from .output import check_ending, number
 
 FIGURES = (".png", ".pdf", ".svg")
 
@@ -95,13 +95,13 @@ def table(values: dict[str, Any]) -> dict[str, Any]:
             shown.pop(f"{name}_ci", None)
             shown[name] = _range(values[name])
     if values["gamma"] is not None:
-        shown["gamma"] = _number(values["gamma"])
+        shown["gamma"] = number(values["gamma"])
     if values.get("gamma_ci"):
-        shown["gamma_ci"] = "  ".join(map(_number, values["gamma_ci"]))
+        shown["gamma_ci"] = "  ".join(map(number, values["gamma_ci"]))
     for name, other in values["distributions"].items():
         sigma = other.get("sigma")
         shown[f"{name}, order 1"] = (
-            f"γ {_number(other['gamma'])}, σ {_number(sigma)}, log rms {other['log_rms']:.3g}"
+            f"γ {number(other['gamma'])}, σ {number(sigma)}, log rms {other['log_rms']:.3g}"
         )
     for name, row in values["evidence"].items():
         shown[f"std against {name}"] = (
@@ -112,9 +112,3 @@ def table(values: dict[str, Any]) -> dict[str, Any]:
 
 def _range(values: list[float]) -> str:
     return f"{np.min(values):.4g} … {np.max(values):.4g} ({len(values)} channels)"
-
-
-def _number(value: Any) -> str:
-    if isinstance(value, list):
-        return ", ".join(map(_number, value))
-    return "∞" if value >= 1e8 else f"{value:.4g}"

@@ -10,7 +10,7 @@ from ..report.figures import surface_fit as drawn
 from ..report.figures.figure import write
 from ..scene import BECKMANN, Roughness, Scene, Surface
 from ..surface import level, notes_on_surface, read_asked
-from .output import check_ending
+from .output import check_ending, number
 
 FIGURES = (".png", ".pdf", ".svg")
 
@@ -79,12 +79,8 @@ def table(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_interval(row: dict[str, Any], name: str) -> str:
-    low, high = map(_number, row[f"{name}_ci"])
-    return f"{_number(row[name])} [{low}, {high}]"
-
-
-def _number(value: Any) -> str:
-    return "∞" if value == "inf" else f"{value:.4g}"
+    low, high = map(number, row[f"{name}_ci"])
+    return f"{number(row[name])} [{low}, {high}]"
 
 
 def scene_of(study: SurfaceStudy, surface: Surface, form: str, out: Path) -> Scene:

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from ..errors import InputError, MicrosurfError
+from ..scene import BECKMANN
 
 
 def _json(values: dict[str, Any]) -> str:
@@ -53,6 +54,13 @@ def write(text: str) -> None:
     except BrokenPipeError:
         # Or Python complains when it flushes at the end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def number(value: Any) -> str:
+    """Four digits; ∞ for a γ of Beckmann, which may be the text "inf"; lists with commas."""
+    if isinstance(value, list):
+        return ", ".join(map(number, value))
+    return "∞" if float(value) >= BECKMANN else f"{float(value):.4g}"
 
 
 def check_ending(path: Path, *endings: str) -> None:
