@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ... import memory, seeds
 from ...results import detector
 from ...scene import Scene
+from ...scene.layers import refuse
 from ..directions import direction
 from ..random_walk.parameters import (
     SlopeParameters,
@@ -59,7 +60,13 @@ def order_change(
         absorption as in `microsurf.results.datasets`; ``balance``, the mean of weight − 1 over all
         walks, lost or not: 0 but for chance.
 
+    Raises
+    ------
+    InputError
+        If the scene has layers.
+
     """
+    refuse(scene.layers, "the theory on a mesh's slopes")
     rough = scene.roughness
     walked = (
         slope_parameters(rough.gamma, rough.sigma_x, rough.sigma_y),

@@ -15,6 +15,7 @@ from scipy import integrate
 from ...physics import facet, fresnel, smith
 from ...results import detector
 from ...scene import Scene
+from ...scene.layers import refuse
 from ..directions import direction
 from .slopes import Slopes
 
@@ -51,7 +52,13 @@ def first_order_change(
     mirrored : (float, float)
         Mean F of the facets seen, with these slopes and with STD.
 
+    Raises
+    ------
+    InputError
+        If the scene has layers.
+
     """
+    refuse(scene.layers, "the theory on a mesh's slopes")
     v = (np.arange(_NODES) + 0.5) / _NODES
     s, weight = v**_POWER, _POWER * v ** (_POWER - 1) / _NODES
     weight /= weight.sum()

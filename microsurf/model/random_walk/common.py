@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...scene import Material, Scene
+from ...scene.layers import refuse
 from .common_kernels import smith_by_body
 from .parameters import slope_parameters, walk_facet
 from .simulate import MOST_EVENTS
@@ -45,9 +46,10 @@ def by_body(
     Raises
     ------
     InputError
-        If σ is 0 or there are no walks.
+        If σ is 0, there are no walks, or the scene has layers.
 
     """
+    refuse(scene.layers, "Smith's walk")
     if not scene.requires.roughness:
         raise InputError(f"roughness.sigma = {list(scene.roughness.sigma)}: must be > 0")
     if walks < 1:

@@ -5,12 +5,13 @@ import pytest
 from mesh_slope_walk import Facets, walk_realised
 
 from microsurf import model
+from microsurf.errors import InputError
 from microsurf.model.mesh_slopes.higher_orders import BATCHES, order_change
 from microsurf.model.mesh_slopes.slope_bins import slope_bins
 from microsurf.model.mesh_slopes.slopes import Slopes
 from microsurf.physics import smith, student_t
 from microsurf.results import datasets
-from microsurf.scene import Effects, Light, Material, Roughness, Scene
+from microsurf.scene import Effects, Layers, Light, Material, Roughness, Scene, Substrate
 
 FACETS = 200_000
 LEVELS = (np.arange(FACETS) + 0.5) / FACETS
@@ -104,6 +105,12 @@ def test_excess_is_that_of_smith():
     beyond = 3 * factor / np.sqrt(FACETS)
     np.testing.assert_allclose(table[100:900], expected, atol=beyond)
     assert np.abs(expected).max() > 3 * beyond
+
+
+def test_two_layers_are_refused():
+    layered = scene(2.0, (0.5,), layers=Layers(20.0, Substrate(2.0, (0.5,))))
+    with pytest.raises(InputError, match=r"\[layers\]: the theory on a mesh's slopes knows one"):
+        order_change(layered, slopes(2.0, 0.5), walks=10)
 
 
 def test_stds_own_slopes_change_nothing_but_the_tail():

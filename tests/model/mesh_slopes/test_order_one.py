@@ -7,9 +7,10 @@ import pytest
 from mesh_slope_walk import Facets, walk_realised
 
 from microsurf import model
+from microsurf.errors import InputError
 from microsurf.model.mesh_slopes.order_one import first_order_change
 from microsurf.physics import smith, student_t, visible_normals
-from microsurf.scene import Effects, Light, Material, Roughness, Scene
+from microsurf.scene import Effects, Layers, Light, Material, Roughness, Scene, Substrate
 
 COUNT = 2**20
 
@@ -22,6 +23,12 @@ def of_std(gamma, sigma_x, sigma_y):
 def towards(theta, phi=0.3):
     t = np.radians(theta)
     return np.array([np.sin(t) * np.cos(phi), np.sin(t) * np.sin(phi), np.cos(t)])
+
+
+def test_two_layers_are_refused():
+    scene = Scene(layers=Layers(20.0, Substrate(2.0, (0.5,))))
+    with pytest.raises(InputError, match=r"\[layers\]: the theory on a mesh's slopes knows one"):
+        first_order_change(scene, of_std(2.0, 0.5, 0.5), 60.0, 0.0)
 
 
 @pytest.mark.parametrize("gamma", [3.0, 8.0, np.inf])

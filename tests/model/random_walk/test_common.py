@@ -1,5 +1,7 @@
 """Walks with common random numbers against those with one stream."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from microsurf.model.directions import direction
 from microsurf.model.random_walk.common import EVENTS, by_body
 from microsurf.model.random_walk.evaluate import evaluate_walk
 from microsurf.physics.facet import body_weight
-from microsurf.scene import Material, Roughness, Scene
+from microsurf.scene import Layers, Material, Roughness, Scene, Substrate
 
 LIGHT = direction(np.radians([0.0, 30.0, 60.0, 75.0]), np.zeros(4))
 SEEN = direction(np.radians([20.0, 50.0, 60.0, 40.0]), np.radians([0.0, 180.0, 120.0, 10.0]))
@@ -65,3 +67,6 @@ def test_what_is_no_walk_is_refused():
         by_body(Scene(roughness=Roughness(2.0, (0.0,))), LIGHT, SEEN, 10, 0)
     with pytest.raises(InputError, match="walks = 0"):
         by_body(scene(0.5), LIGHT, SEEN, 0, 0)
+    layers = Layers(20.0, Substrate(2.0, (0.5,)))
+    with pytest.raises(InputError, match=r"\[layers\]: Smith's walk knows one surface"):
+        by_body(replace(scene(0.5), layers=layers), LIGHT, SEEN, 10, 0)
