@@ -80,7 +80,10 @@ def read_heights(path: Path, declared: Declared) -> Heightfield:
         factor = height_factor(declared.height_unit)
         known = {"unit": "µm", "unit_in_file": declared.height_unit}
         if declared.pixel is None:
-            raise InputError(f"height_unit = {declared.height_unit!r}: goes with --spacing, in µm")
+            raise InputError(
+                f"height_unit = {declared.height_unit!r}: puts heights into µm, and the file has "
+                "no spacing; give --spacing, or surface.spacing in a scene, in µm"
+            )
     values = marked(heights, declared.void_value)
     boundary = declared.boundary or "periodic"
     return from_array(values * factor, declared.pixel or 1.0, boundary, declared.voids, known)

@@ -297,7 +297,7 @@ def test_bare_heights_with_a_unit_come_out_in_micrometres(tmp_path):
     found = read_surface(tmp_path / "s.npy", spacing=0.5, height_unit="nm")
     np.testing.assert_allclose(found.heights, np.arange(6.0).reshape(2, 3) * 1e-3)
     assert found.provenance["unit_in_file"] == "nm"
-    with pytest.raises(InputError, match="goes with --spacing"):
+    with pytest.raises(InputError, match="no spacing; give --spacing, or"):
         read_surface(tmp_path / "s.npy", height_unit="nm")
     with pytest.raises(InputError, match="channel"):
         read_surface(tmp_path / "s.npy", channel="0")
