@@ -2,15 +2,25 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from microsurf.surface import generate_surface
 from microsurf.surface.heightfield import mesh
 from microsurf.trace.exact import exact_tile
 from microsurf.trace.grid import MARGIN, from_heights
 from microsurf.trace.kernels.exact_first_hits import first_facets
+from microsurf.trace.kernels.exact_walk import around
 from validation.gridwalk.walk import GridWalk
 
 COUNT = 20_000
+
+
+@given(st.integers(1, 4096), st.integers(-1000, 1000), st.integers(0, 4095))
+def test_a_cell_comes_back_into_the_period(cells, periods, cell):
+    """From up to a thousand periods outside, and from its edges."""
+    for inside in (cell % cells, 0, cells - 1):
+        assert around(inside + periods * cells, cells) == inside
 
 
 def hit(tile, origins, directions):
