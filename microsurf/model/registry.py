@@ -140,7 +140,7 @@ MODELS: dict[str, Model] = {
         Model(
             "layered-walk", "layered walk",
             "a random walk in two layers that know nothing of each other, of scenes with [layers]",
-            ("smith1967", "heitz2014", "heitz2016", "guo2018"), "-", "d", "green",
+            ("smith1967", "heitz2014", "heitz2016", "guo2018"), "-.", "d", "green",
             walk=Walk(layered_walk, layered_next_event), layered=True,
         ),
     )

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from ..analysis.validation import Validation
+from ..model import MODELS
 from .figures import albedo_by_order, lobes, overview, surface, verdicts
 from .figures.figure import Picture
 
@@ -20,8 +21,8 @@ _LOBES = (
     "Lobes in the plane of incidence, Kd = {kd:g}, bins of 2° by 10°. θ_o is signed: positive on "
     "the side of the mirror direction (dotted vertical line), negative back towards the light. "
     "Points: traced on the explicit surface, bands 95 % over {basis}{bound}; a band that reaches "
-    "the lower edge includes zero. Lines: theory over the same bins; coloured single scattering, "
-    "black all orders by a random walk."
+    "the lower edge includes zero. Lines: theory over the same bins; coloured single "
+    "scattering{walks}."
 )
 _BOUND = " (order 1: from the weights of its paths; all orders: an upper bound)"
 _ALBEDOS = (
@@ -32,7 +33,7 @@ _NO_BARS = (
     "Albedo by the number of facets that light met, Kd = {kd:g}; each order has its own scale, all "
     "begin at zero. One surface: no interval over others.{higher}"
 )
-_HIGHER = " Order 1 against single scattering, higher orders against the random walk."
+_HIGHER = " Order 1 against single scattering, higher orders against the {walks}."
 _RELIEF = (
     "The first surface: a profile, not to scale, and the share of its facets that are steeper than "
     "a slope, against STD. Dotted: the steepest facet, where the mesh ends and the theory goes on."
@@ -53,6 +54,7 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
     """Effects, lobes, albedos and the surface; those that there are."""
     scene, kd = entry.scene, entry.scene.material.kd[0]
     basis = entry.comparisons[0].basis if entry.comparisons else "nothing"
+    walks = _walks(entry)
     one = entry.measured.sizes["realisation"] == 1
     pictures = []
     if entry.comparisons:
@@ -62,11 +64,13 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
         pictures.append(Picture(f"{slug}-effects", figure, caption, compared))
     curves = lobes.rows(entry.measured, entry.predicted, scene, kd)
     if curves:
-        caption = _LOBES.format(kd=kd, basis=basis, bound=_BOUND if one else "")
+        black = f", black all orders by the {walks}" if walks else ""
+        caption = _LOBES.format(kd=kd, basis=basis, bound=_BOUND if one else "", walks=black)
         pictures.append(Picture(f"{slug}-lobes", lobes.figure(curves), caption, curves))
     orders = albedo_by_order.rows(entry.measured, entry.predicted, scene, kd)
     if orders:
-        higher = _HIGHER if any(row["order"] > 1 for row in orders) else ""
+        later = walks and any(row["order"] > 1 for row in orders)
+        higher = _HIGHER.format(walks=walks) if later else ""
         caption = (_NO_BARS if one else _ALBEDOS).format(kd=kd, basis=basis, higher=higher)
         pictures.append(Picture(f"{slug}-albedos", albedo_by_order.figure(orders), caption, orders))
     if entry.heightfield is not None:
@@ -75,3 +79,14 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
         figure = surface.figure(profile, scene.roughness.gamma, unit)
         pictures.append(Picture(f"{slug}-surface", figure, _RELIEF, profile))
     return pictures
+
+
+def _walks(entry: Validation) -> str:
+    """Name the theories of all orders that the scene was predicted by; no text if there is none."""
+    named = [MODELS[key] for key in entry.predicted if key in MODELS]
+    two = entry.scene.layers is not None
+    return " and the ".join(
+        f"{model.label}{' on IL facets of the interface' if two and not model.layered else ''}"
+        for model in named
+        if model.walk is not None
+    )

@@ -7,10 +7,11 @@ import pytest
 from matplotlib.text import Text
 
 from microsurf.analysis import validate
-from microsurf.model import MODELS, all_orders, order_one
+from microsurf.model import MODELS, all_orders, of_layers, order_one
+from microsurf.report import scene_figures
 from microsurf.report.figures import albedo_by_order, lobes, overview, surface, verdicts
 from microsurf.report.figures.style import QUANTITY_STYLE, WIDTH, source_style
-from microsurf.scene import Accuracy, Light, Scene, Surface
+from microsurf.scene import Accuracy, Layers, Light, Scene, Substrate, Surface
 
 SCENE = Scene(
     surface=Surface(cells=16, realisations=2),
@@ -112,11 +113,33 @@ def test_axes_have_names(drawn, kind):
 def test_curves_differ_without_colour():
     markers = [marker for _, marker, _ in QUANTITY_STYLE.values()]
     assert len(set(markers)) == len(markers)
-    for keys in ([k for k in order_one() if k != "flat"], all_orders()):
+    for keys in ([k for k in order_one() if k != "flat"], [*all_orders(), *of_layers()]):
         lines = [source_style(key).line for key in keys]
         assert len(set(lines)) == len(lines)
     drawn_together = [source_style(key).marker for key in (*MODELS, "measured", "surface")]
     assert len(set(drawn_together)) == len(drawn_together)
+
+
+def captions(entry):
+    return {picture.name: picture.caption for picture in scene_figures.of_scene(entry, "tiny")}
+
+
+def test_captions_name_the_theories_of_all_orders(entry):
+    """Of two layers there are two, one of them of IL facets; of a scene without a walk none."""
+    shown = captions(entry)
+    assert shown["tiny-lobes"].endswith("single scattering, black all orders by the Smith walk.")
+    layered = replace(
+        entry,
+        scene=replace(SCENE, layers=Layers(40.0, Substrate(2.0, (0.5,)))),
+        predicted={**entry.predicted, "layered-walk": entry.predicted["smith-walk"]},
+    )
+    both = "the Smith walk on IL facets of the interface and the layered walk."
+    shown = captions(layered)
+    assert shown["tiny-lobes"].endswith(f"all orders by {both}")
+    assert shown["tiny-albedos"].endswith(f"higher orders against {both}")
+    shown = captions(replace(entry, predicted={"smith": entry.predicted["smith"]}))
+    assert shown["tiny-lobes"].endswith("coloured single scattering.")
+    assert "higher orders" not in shown["tiny-albedos"]
 
 
 def test_bands_are_those_of_the_surfaces(entry):
