@@ -21,9 +21,11 @@ from importlib import import_module
 from pathlib import Path
 from threading import Thread
 
+from microsurf.cli import group
+
 MAIN = "from microsurf.cli import main; main()"
-COMMANDS = ("microsurf.cli.group", "microsurf.cli.interrupt")
-"""What the command line loads before it looks at its arguments. It can't draw yet."""
+COMMANDS = (*(f"microsurf.cli.{name}" for name in group.COMMANDS), "microsurf.cli.interrupt")
+"""What the command line loads for its commands. It can't draw yet."""
 
 
 class Child:

@@ -31,11 +31,14 @@ def run(usual: Any) -> None:
     _own_matplotlib()
     try:
         from . import interrupt  # noqa: PLC0415 - late: it loads LLVM
-        from .group import cli  # noqa: PLC0415 - late: it loads all commands
+        from .group import cli  # noqa: PLC0415 - late: so that its errors are met here
 
+        words = sys.argv[1:] or ["--help"]
+        # The command is the first word that is no option. Loaded before Ctrl-C is its own.
+        cli.commands.get(next((word for word in words if not word.startswith("-")), ""))
         signal.signal(signal.SIGINT, usual)
         # Not cli.main(), which prints an empty line of its own at Ctrl-C.
-        with cli.make_context("microsurf", sys.argv[1:] or ["--help"]) as context:
+        with cli.make_context("microsurf", words) as context:
             interrupt.arm()
             try:
                 cli.invoke(context)

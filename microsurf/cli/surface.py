@@ -42,7 +42,7 @@ _ASKED = ("gamma", "sigma_x", "sigma_y", "correlation", "structure", "seed", "it
 )
 @allow_truncated_tail
 @as_json
-def make_surface(
+def surface_command(
     as_json: bool, seed: int, out: Path, allow_truncated_tail: bool, **given: Any
 ) -> None:
     """Make a heightfield whose facet slopes follow Student's t-distribution.

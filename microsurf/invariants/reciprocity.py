@@ -17,7 +17,6 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from ..results import detector
 from ..surface import generate_surface
@@ -65,6 +64,8 @@ class Patch:
 
     def directions(self, rng: np.random.Generator) -> Array:
         """Directions (θ, φ) in degrees of density ∝ cosθ dω, shape (DIRECTIONS, 2)."""
+        from scipy.stats import qmc  # noqa: PLC0415 - late: it takes 0.2 s to load
+
         points = qmc.Sobol(2, seed=rng).random(DIRECTIONS)
         low, high = np.sin(np.radians(detector.RING_EDGES[[self.first, self.last]])) ** 2
         theta = np.degrees(np.arcsin(np.sqrt(low + points[:, 0] * (high - low))))

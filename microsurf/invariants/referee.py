@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from .. import memory, seeds
 from ..errors import InputError
@@ -219,5 +219,5 @@ def hotelling(a: Array, b: Array) -> float:
     apart = (a.mean(axis=0) - b.mean(axis=0)) @ vectors[:, kept]
     t2 = float((apart**2 / values[kept]).sum() * len(a) * len(b) / (len(a) + len(b)))
     f = t2 * (dof - count + 1) / (dof * count)
-    p = max(float(stats.f.sf(f, count, dof - count + 1)), 1e-300)
+    p = max(float(special.fdtrc(count, dof - count + 1, f)), 1e-300)
     return min(intervals.normal_of_tails(p), false_alarms.MOST)

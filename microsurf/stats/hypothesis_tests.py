@@ -6,7 +6,7 @@ somewhat larger. `validation/calibration/run.py` measures how well.
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special, stats
+from scipy import special
 
 from ..errors import InputError, float_array, require
 
@@ -64,7 +64,7 @@ def chi_square(
     if len(wanted) < 2:
         raise InputError(f"fewer than two bins expect {least} events or more")
     chi2 = np.sum((pooled - wanted) ** 2 / wanted)
-    return float(stats.chi2.sf(chi2, len(wanted) - total_fixed))
+    return float(special.chdtrc(len(wanted) - total_fixed, chi2))
 
 
 def _groups(expected: Array, least: float) -> NDArray[np.int64]:

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from ..errors import float_array
 from . import intervals
@@ -69,7 +68,7 @@ def interval(sample: Array, reference: Array, draws: float) -> Interval:
         half = intervals.student(dof, 2 * level - 1) * np.sqrt(along)
         beta = np.sqrt(beta2)
         hidden = intervals.normal(2 * level - 1) * rest
-        quantiles = (float(stats.chi2.ppf(p, noise_dof)) for p in (level, 1 - level))
+        quantiles = (intervals.chi_square(p, noise_dof) for p in (level, 1 - level))
         least, most = (noise * noise_dof / q for q in quantiles)
         low = max(max(beta - half, 0.0) ** 2 - hidden, 0.0) + least
         up = np.linalg.norm([(beta + half) ** 2 - beta2, hidden, most - noise])

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from ..errors import InputError, float_array
+from . import intervals
 from .intervals import CONFIDENCE
 
 KNOWN = 1e9
@@ -99,8 +100,8 @@ def of_variances(
     tails = (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2
     high, low = (
         free
-        * max(total - within * float(stats.f.ppf(tail, free, of_rays)), 0.0)
-        / float(stats.chi2.ppf(tail, free))
+        * max(total - within * float(special.fdtri(free, of_rays, tail)), 0.0)
+        / intervals.chi_square(tail, free)
         for tail in tails
     )
     between = max(total - within, 0.0)

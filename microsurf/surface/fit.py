@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from ..errors import InputError
 from ..stats import intervals
@@ -275,4 +275,4 @@ def _isotropy(result: Maximum, cov: Array, dof: float) -> float:
     squared = float(at @ np.linalg.solve(spread, at))
     # Hotelling's T² of two components is an F of one degree of freedom less.
     rest = max(dof - 1, 1.0)
-    return float(stats.f.sf(squared * rest / (2 * dof), 2, rest))
+    return float(special.fdtrc(2, rest, squared * rest / (2 * dof)))

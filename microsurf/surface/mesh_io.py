@@ -9,7 +9,6 @@ eight decimals, which turns nanometres in metres into zeros; reading is trimesh'
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from ..errors import InputError
@@ -61,7 +60,7 @@ def write(h: Heightfield, path: Path) -> None:
     vertices, faces = triangles(h)
     ending = path.suffix.lower()
     if ending == ".stl":
-        path.write_bytes(trimesh.exchange.stl.export_stl(_trimesh(vertices, faces)))
+        path.write_bytes(_stl(vertices, faces))
         return
     with path.open("wb") as stream:
         if ending == ".ply":
@@ -77,9 +76,12 @@ def write(h: Heightfield, path: Path) -> None:
             np.savetxt(stream, faces + 1, fmt="f %d %d %d")
 
 
-def _trimesh(vertices: Array, faces: Indices) -> trimesh.Trimesh:
+def _stl(vertices: Array, faces: Indices) -> bytes:
+    from trimesh import Trimesh  # noqa: PLC0415 - late: 0.1 s that only meshes need
+    from trimesh.exchange.stl import export_stl  # noqa: PLC0415 - late, as above
+
     # process=False: merging vertices would reorder them.
-    return trimesh.Trimesh(vertices, faces, process=False, validate=False)
+    return bytes(export_stl(Trimesh(vertices, faces, process=False, validate=False)))
 
 
 def read(path: Path, declared: Declared) -> Heightfield:
@@ -91,10 +93,12 @@ def read(path: Path, declared: Declared) -> Heightfield:
         If the file can't be read, or is any other mesh; see `read_surface`.
 
     """
+    from trimesh import load_mesh  # noqa: PLC0415 - late: 0.1 s that only meshes need
+
     try:
         # A file object and no resolver: a mesh must not make us open other files.
         with path.open("rb") as stream:
-            loaded = trimesh.load_mesh(
+            loaded = load_mesh(
                 stream,
                 file_type=path.suffix.lower()[1:],
                 process=False,

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.stats import rankdata
 
 from .. import memory
 from ..errors import InputError
@@ -192,12 +191,18 @@ def _height_slope(h: Heightfield, u: Array, v: Array) -> dict[str, float | None]
     taken = np.ones_like(u, dtype=np.bool_) if measured is None else measured
     taken = taken[:, ::step, ::step]
     level = thirds[:, ::step, ::step][taken]
-    rank = rankdata(np.hypot(u[:, ::step, ::step], v[:, ::step, ::step])[taken])
+    rank = _ranks(np.hypot(u[:, ::step, ::step], v[:, ::step, ::step])[taken])
     distance = np.abs(level - np.median(level))
     return {
-        "height": _correlation(rank, rankdata(level)),
-        "distance": _correlation(rank, rankdata(distance)),
+        "height": _correlation(rank, _ranks(level)),
+        "distance": _correlation(rank, _ranks(distance)),
     }
+
+
+def _ranks(values: Array) -> Array:
+    """Rank of each of some numbers, from 1; of equal ones the mean of theirs."""
+    _, which, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - (counts - 1) / 2)[which])
 
 
 def _correlation(a: Array, b: Array) -> float | None:

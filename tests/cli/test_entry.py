@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 
 from microsurf.analysis.self_test import SelfTest
-from microsurf.cli import entry
+from microsurf.cli import entry, group
 from microsurf.invariants import Invariant
 from microsurf.model import all_orders, order_one
 from microsurf.results import datasets
@@ -336,7 +336,16 @@ def test_help_has_an_example_that_parses(run, command):
 def test_without_arguments_there_is_help(run):
     ran = run()
     assert ran.code == 0
-    assert all(command in ran.out for command in COMMANDS)
+    listed = [line.split()[0] for line in ran.out.partition("Commands:")[2].splitlines()[1:]]
+    assert listed == sorted(group.COMMANDS)
+
+
+def test_every_file_of_a_command_is_one_that_help_lists():
+    files = Path(group.__file__).parent.glob("*.py")
+    commands = {path.stem for path in files if "@click.command(" in path.read_text("utf-8")}
+    assert commands == {*group.COMMANDS}
+    assert all(group.cli.commands[name].name == name for name in commands)
+    assert group.cli.commands.get("group") is None  # negative control
 
 
 # Bad input

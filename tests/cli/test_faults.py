@@ -65,7 +65,7 @@ def test_what_fails_while_commands_load_is_one_line():
     code = (
         "import sys\nclass Broken:\n    def find_spec(self, name, *_):\n"
         "        if name == 'microsurf.cli.predict': raise ValueError('broken')\n"
-        "sys.meta_path.insert(0, Broken())\nsys.argv = ['microsurf', '--version']\n"
+        "sys.meta_path.insert(0, Broken())\nsys.argv = ['microsurf', 'predict', '--help']\n"
         "from microsurf.cli import main\nmain()\n"
     )
     ran = subprocess.run(  # noqa: S603 - our own

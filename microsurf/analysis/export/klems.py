@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from ...errors import InputError
 from ...model import direction
@@ -61,6 +60,8 @@ def projected_solid_angles() -> Array:
 
 def matrix(source: Source) -> Array:
     """Mean BRDF of each pair of patches, spread as cosθ in both, shape (145 out, 145 in)."""
+    from scipy.stats import qmc  # noqa: PLC0415 - late: it takes 0.2 s to load
+
     points = qmc.Sobol(4, rng=np.random.default_rng(0)).random(_POINTS)
     low, high, left, right = patches().T[..., None]
 
