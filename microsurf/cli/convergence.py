@@ -107,7 +107,7 @@ def _save(convergence: Convergence, values: dict[str, Any], out: Path) -> None:
         for row in getattr(convergence, study)
     ]
     figure = draw(convergence, values["scene"])
-    save_study(out, "convergence", figure, rounded(table, 7), values, dpi=85)
+    save_study(out, "convergence", figure, rounded(table, 7), values)
 
 
 def _summary(scene: Scene, convergence: Convergence) -> list[str]:

@@ -120,6 +120,14 @@ def test_curves_differ_without_colour():
     assert len(set(drawn_together)) == len(drawn_together)
 
 
+def test_a_legend_says_what_bands_are_if_there_are_any(drawn):
+    rows, _ = drawn["lobes"]
+    predicted = [row for row in rows if row["source"] != lobes.MEASURED]
+    for shown, there in ((rows, True), (predicted, False)):
+        texts = lobes.figure(shown).legends[0].get_texts()
+        assert ("bands: 95 %" in {text.get_text() for text in texts}) is there
+
+
 def captions(entry):
     return {picture.name: picture.caption for picture in scene_figures.of_scene(entry, "tiny")}
 

@@ -28,7 +28,15 @@ from microsurf.analysis.fitted_theory import fitted_scene, turn_of, turned
 from microsurf.cli.save import rounded, save
 from microsurf.report.figures import lobes
 from microsurf.report.figures.figure import DPI
-from microsurf.report.figures.style import BLUE, GREY, VERMILION, clean, new_figure, own_style
+from microsurf.report.figures.style import (
+    BLUE,
+    GREY,
+    SMALL,
+    VERMILION,
+    clean,
+    new_figure,
+    own_style,
+)
 from microsurf.results import datasets
 from microsurf.results.measured_brdf import read_brdf
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
@@ -115,8 +123,9 @@ def of_brdf(file: Path) -> tuple[list[Row], str]:
     }
     rough = scene.roughness
     said = (
-        f"γ = {rough.gamma:.2f}, σ = {rough.sigma_x:.3f};\n"
-        f"log rms to the data up to {PAINT[-1]:g}°: "
+        f"γ = {rough.gamma:.2f}, σ = {rough.sigma_x:.3f}; "
+        f"pairs within {NEAR:g}° of the plane;\n"
+        rf"rms of $\Delta\,\ln(1 + f\,\cos\theta_o)$ up to {PAINT[-1]:g}°: "
         f"fit {apart['fitted']:.4f}, traced {apart['traced']:.4f}"
     )
     rows = np.stack(list(columns.values()), axis=1)[inside]
@@ -136,7 +145,7 @@ def draw_surface(axes: Axes, rows: list[Row], said: str) -> None:
             if source == "measured":
                 low, high = (np.array([r[end] for r in mine]) for end in ("low", "high"))
                 axes.vlines([r["theta_o_deg"] for r in mine], low, high, color=color, linewidth=0.8)
-    axes.set(title=f"a measured surface, as gold: {said}", ylim=(1e-2, None))
+    axes.set(title=f"a measured surface, as gold: {said}; bars 95 %", ylim=(1e-2, None))
 
 
 def draw_brdf(axes: Axes, rows: list[Row], said: str) -> None:
@@ -160,12 +169,12 @@ def draw_brdf(axes: Axes, rows: list[Row], said: str) -> None:
 def main() -> None:
     """Write the figure and its numbers."""
     folder = os.environ.get("MICROSURF_DATA")
-    if folder is None:
+    if not folder:
         sys.exit("MICROSURF_DATA: name the folder of topography/di-4.di and brdf/garnet_red.brdf")
     relief, of_slopes = of_surface(Path(folder) / "topography" / "di-4.di")
     paint, of_paint = of_brdf(Path(folder) / "brdf" / "garnet_red.brdf")
-    figure = new_figure(4.6, 13)
-    axes = figure.subplots(1, 2)
+    figure = new_figure(7.6)
+    axes = figure.subplots(2, 1)
     draw_surface(axes[0], relief, of_slopes)
     draw_brdf(axes[1], paint, of_paint)
     for one in axes:
@@ -176,7 +185,7 @@ def main() -> None:
         )  # fmt: skip
         one.title.set_fontsize(9)
         one.axvline(0, color=GREY, linewidth=0.5)
-        one.legend(fontsize=7)
+        one.legend(fontsize=SMALL, frameon=False)
         clean(one)
     OUT.mkdir(parents=True, exist_ok=True)
     save(OUT, {"circle.png": figure, "relief.csv": rounded(relief, 4)}, DPI)

@@ -129,8 +129,9 @@ def _residual_panel(axes: "Axes", fit: BrdfFit) -> None:
         colour, line, label = _STYLES[name]
         axes.plot(at, values, color=colour, linestyle=line, marker=".", markersize=4, label=label)
     axes.set(
-        xlabel="angle from the mirror direction (°)", ylabel="rms of ln residuals", ylim=(0, None)
-    )
+        xlabel="angle from the mirror direction (°)", ylim=(0, None),
+        ylabel=r"rms residual of $\ln(1 + f\,\cos\theta_o)$",
+    )  # fmt: skip
     axes.legend(fontsize=SMALL, frameon=False)
     clean(axes)
 
@@ -152,6 +153,7 @@ def _spectrum(axes: "Axes", fit: BrdfFit) -> None:
     if not fit.measured.wavelengths:
         axes.set_xticks(at, [as_text(channel) for channel in fit.measured.channels])
     axes.set_ylim(0, None)
-    axes.set_ylabel("95 % intervals by incidence")
+    names = ", ".join(axes.get_legend_handles_labels()[1])
+    axes.set_ylabel(f"{names} with 95 % intervals")
     axes.legend(fontsize=SMALL, frameon=False)
     clean(axes)

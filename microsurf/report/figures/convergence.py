@@ -64,9 +64,8 @@ def draw(convergence: Convergence, name: str) -> "Figure":
         frameon=False,
     )
     incidence = rf"$\theta_i$ = {shown['theta_i']:g}°, Kd = {shown['kd']:g}"
-    figure.suptitle(
-        f"{as_text(name)}: albedos at {incidence}, bars {intervals.CONFIDENCE:.0%}", fontsize=10
-    )
+    bars = f"bars {100 * intervals.CONFIDENCE:g} %"
+    figure.suptitle(f"{as_text(name)}: albedos at {incidence}, {bars}", fontsize=10)
     return figure
 
 
@@ -147,7 +146,7 @@ def _deviations(
 def _exponent(fit: Row) -> str:
     if fit["power"] is None:
         return "too few to fit"
-    return f"N^({fit['power']:+.2f} ± {(fit['high'] - fit['low']) / 2:.2f})"
+    return rf"$N^{{{fit['power']:+.2f} \pm {(fit['high'] - fit['low']) / 2:.2f}}}$"
 
 
 def _say(panel: "Axes", label: str, why: str) -> None:

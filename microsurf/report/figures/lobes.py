@@ -11,6 +11,7 @@ from ...results import detector
 from ...scene import Scene
 from .bands import cut, half_widths
 from .style import (
+    BLACK,
     GREY,
     QUANTITY_STYLE,
     SMALL,
@@ -138,6 +139,10 @@ def figure(
     }
     # Columns of three: what is measured, Smith, others.
     handles = dict(sorted(handles.items(), key=lambda item: _rank(item[0])))
+    if any("low" in row for row in drawn):
+        from matplotlib.patches import Patch  # noqa: PLC0415 - late: only to draw
+
+        handles["bands: 95 %"] = Patch(color=BLACK, alpha=0.22, linewidth=0)
     canvas.legend(
         list(handles.values()), list(handles), loc="outside lower center",
         ncols=max(1, min(3, _LINE // max(map(len, handles)))),

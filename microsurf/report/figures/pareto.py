@@ -92,8 +92,8 @@ def figure(table: Sequence[Mapping[str, Any]], name: str = "") -> "Figure":
 
 
 _HOW = (
-    "hollow: dominated; line: frontier; bars: 95 %; arrow: not distinguished from 0; "
-    "0.01 % stands for less, 200 % for more"
+    "hollow: dominated; line: frontier; bars: 95 %; arrow: not distinguished from 0;\n"
+    "dotted: 1, 3 and 10 %; 0.01 % stands for less, 200 % for more"
 )
 
 

@@ -40,7 +40,7 @@ def rows(study: SurfaceStudy) -> list[dict[str, Any]]:
 
     Curves "facets", "std", "ggx" and "beckmann": share of facets steeper than ``x`` =
     |slope|, where along axes of different σ a slope counts by STD's ρ times √(σ_x σ_y).
-    Rows "scale": pixel, γ and σ with their intervals.
+    Rows "scale": pixel, γ and σ with their intervals of 95 %.
     """
     h, fit = study.surface, study.fit
     p, q = slopes_to_fit(h)
@@ -145,10 +145,15 @@ def _draw_scales(axes: "Axes", scales: list[dict[str, Any]], study: SurfaceStudy
         )
         there = np.isfinite(value)
         top = np.where(np.isfinite(high), high, 10 * value)[there]
-        panel.errorbar(
+        _, caps, _ = panel.errorbar(
             pixel[there] * shift, value[there], [(value - low)[there], top - value[there]],
             color=colour, marker=marker, markersize=4.5, capsize=2.5, linewidth=1.0,
         )  # fmt: skip
+        endless = ~np.isfinite(high[there])
+        if endless.any():  # arrows in the place of caps
+            caps[1].set_ydata(np.where(endless, np.nan, top))
+            x = pixel[there][endless] * shift
+            panel.plot(x, top[endless], "^", color=colour, markersize=6)
         bounds += [*low[there], *top] if name == "gamma" else []
     axes.set_xscale("log")
     unbounded = np.array([not np.isfinite(row["gamma"]) for row in scales])
@@ -164,9 +169,10 @@ def _draw_scales(axes: "Axes", scales: list[dict[str, Any]], study: SurfaceStudy
     axes.set_xticks(pixel, [f"{d:.2g}" for d in pixel])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel(f"pixel ({unit})")
-    axes.set_ylabel("γ (circles; triangles: ∞)" if unbounded.any() else "γ (circles)")
+    beyond = not all(np.isfinite(row["gamma_high"]) for row in scales)
+    axes.set_ylabel("γ (circles; triangles: ∞)" if beyond else "γ (circles)")
     right.set_ylabel("σ (squares)", color=BLUE)
-    axes.set_title("the fit at coarser pixels", fontsize=9)
+    axes.set_title("the fit at coarser pixels, 95 % intervals", fontsize=9)
     clean(axes)
     right.spines["top"].set_visible(False)
 

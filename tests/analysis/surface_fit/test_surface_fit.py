@@ -53,3 +53,22 @@ def test_infinite_gamma_is_a_text_and_a_triangle():
     assert as_json(study)["gamma"] == "inf"
     figure = drawn.figure(drawn.rows(study), study)
     assert any("∞" in axes.get_ylabel() for axes in figure.axes)
+
+
+def test_an_interval_without_an_end_is_an_arrow_without_a_cap():
+    made = generate_surface(2.0, 0.5, cells=128, spacing=0.5, seed=72)
+    study = study_surface(made, made)
+
+    def triangles(rows):
+        axes = next(a for a in drawn.figure(rows, study).axes if a.get_ylabel().startswith("γ"))
+        marks = [line for line in axes.lines if line.get_marker() == "^"]
+        caps = [line for line in axes.lines if line.get_marker() == "_"]
+        at = [x for line in marks for x in line.get_xdata()]
+        missing = [int(np.isnan(line.get_ydata(orig=False)).sum()) for line in caps]
+        return len(at), sum(missing), "triangles: ∞" in axes.get_ylabel()
+
+    rows = drawn.rows(study)
+    assert triangles(rows) == (0, 0, False)
+    first = next(row for row in rows if row["curve"] == "scale")
+    first["gamma_high"] = np.inf
+    assert triangles(rows) == (1, 1, True)
