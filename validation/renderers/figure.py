@@ -5,7 +5,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from microsurf.report.figures.style import (
-    BLACK,
     BLUE,
     GREEN,
     GREY,
@@ -35,12 +34,21 @@ LAYERS = (
 @own_style()
 def errors_and_light(rows: list[Row]) -> Figure:
     """Rows of one seed: a panel for each model, the last for the light."""
-    figure = new_figure(5.6, 13.5)
-    panels = figure.subplots(2, 5).ravel()
+    figure = new_figure(9.0)
+    panels = figure.subplots(4, 3).ravel()
     for axes, name in zip(panels, study.MODELS, strict=False):
         _errors(axes, name, [r for r in rows if r["bsdf"] == name and r["part"] == "total"])
-    panels[8].legend(fontsize=SMALL - 1, title="α", title_fontsize=SMALL, loc="lower left", ncols=2)
-    _light(panels[-1], [r for r in rows if r["bsdf"] == SHOWN])
+    _light(panels[9], [r for r in rows if r["bsdf"] == SHOWN])
+    margin = f"α; green: ±{100 * study.MARGIN:g} %, bars: 95 %"
+    for axes, of, title in (
+        (panels[10], panels[9], "parts of the bars"),
+        (panels[11], panels[0], margin),
+    ):
+        axes.set_axis_off()
+        axes.legend(
+            *of.get_legend_handles_labels(), title=title, loc="center", ncols=1 + (of is panels[0]),
+            fontsize=SMALL, title_fontsize=SMALL, frameon=False,
+        )  # fmt: skip
     return figure
 
 
@@ -60,6 +68,7 @@ def _errors(axes: Axes, name: str, rows: list[Row]) -> None:
         title=name, xlabel=r"$\theta_i$ (°)", ylabel="total over traced − 1 (%)",
         xticks=study.THETAS,
     )  # fmt: skip
+    axes.yaxis.label.set_fontsize(SMALL + 0.5)
     axes.title.set_fontsize(SMALL + 0.5)
     clean(axes)
 
@@ -82,10 +91,9 @@ def _light(axes: Axes, rows: list[Row]) -> None:
                 shown = label if k == 0 and heights is traced else None
                 axes.bar(x, height, 0.36, bottom, color=color, label=shown)
     axes.set(
-        title=f"{SHOWN}, θᵢ = {theta:g}°:\nleft traced, right Mitsuba", xlabel="α",
+        title=f"{SHOWN}, $\\theta_i$ = {theta:g}°:\nleft traced, right Mitsuba", xlabel="α",
         ylabel="albedo", xticks=range(len(study.ALPHAS)), ylim=(0, 1),
         xticklabels=[f"{a:g}" for a in study.ALPHAS],
     )  # fmt: skip
     axes.title.set_fontsize(SMALL + 0.5)
-    axes.legend(fontsize=SMALL - 1.5, loc="upper right", ncols=2, labelcolor=BLACK)
     clean(axes)
