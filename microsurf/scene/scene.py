@@ -104,8 +104,8 @@ class Scene:
     def read_with_tables(cls, path: str | Path) -> tuple[Self, Mapping[str, Any]]:
         """Read a scene file, and its tables as they stand there, without what is left open."""
         path = Path(path)
+        text = toml.read_text(path)
         try:
-            text = toml.read_text(path)
             scene = cls.from_toml(text)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error

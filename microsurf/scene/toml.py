@@ -87,7 +87,7 @@ def read_text(path: Path) -> str:
     try:
         return io.StringIO(content.decode("utf-8-sig"), newline=None).read()
     except UnicodeDecodeError as error:
-        raise InputError("not a text in UTF-8; give a scene file (.toml)") from error
+        raise InputError(f"{path}: not a text in UTF-8; give a scene file (.toml)") from error
 
 
 def tables_of(text: str) -> dict[str, Any]:

@@ -288,6 +288,16 @@ def test_a_scene_is_written_whole_or_not_at_all(tmp_path):
         Scene.read(path)
 
 
+def test_a_file_that_is_no_scene_is_named_once(tmp_path):
+    """Absent, a folder, or no text."""
+    (tmp_path / "latin.toml").write_bytes("title = 'é'".encode("latin-1"))
+    (tmp_path / "folder.toml").mkdir()
+    for name in ("absent.toml", "folder.toml", "latin.toml"):
+        with pytest.raises(InputError) as refusal:
+            Scene.read(tmp_path / name)
+        assert str(refusal.value).count(name) == 1
+
+
 def test_any_title_reads_back():
     text = Scene(title='"quotes" \\ and\nlines').to_toml()
     assert Scene.from_toml(text).title == '"quotes" \\ and\nlines'

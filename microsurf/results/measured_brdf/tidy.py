@@ -29,7 +29,7 @@ def tidy(brdf: MeasuredBrdf) -> MeasuredBrdf:
     angles = np.stack([brdf.theta_i, brdf.phi_i, brdf.theta_o, brdf.phi_o])
     if not np.isfinite(angles).all():
         bad = int(np.count_nonzero(~np.isfinite(angles).all(axis=0)))
-        raise InputError(f"{bad} pairs have an angle that is no finite number; remove them")
+        raise InputError(f"{bad} of {brdf.pairs} pairs: an angle is no finite number; remove them")
     brdf = _usable(_unsigned(brdf))
     if (without := np.isnan(brdf.values).all(axis=0)).any():
         which = ", ".join(np.array(brdf.channels)[without])
