@@ -36,6 +36,8 @@ add_module_names = False
 html_theme = "furo"
 html_title = f"microsurf {release}"
 html_show_sourcelink = False
+html_static_path = ["_static"]
+html_css_files = ["lines.css"]
 html_extra_path = ["../reports/explorer/explorer.html"]
 
 _ROOT = Path(__file__).parent.parent
