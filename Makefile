@@ -4,6 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
+# Containers forbid Python to keep its bytecode: each of the tests' many processes would compile
+# all sources again.
+export PYTHONDONTWRITEBYTECODE =
+
 .PHONY: validate test pytest test-long lint gallery atlas layers calibration coverage circle explorer gridwalk frontiers renderers two-layers bench widths dist docs clean
 
 validate: $(READY)

@@ -146,7 +146,7 @@ def test_caches_are_where_the_system_has_them(monkeypatch, system, variables, ex
     assert remembered._usual() == Path(expected)
 
 
-@pytest.mark.usefixtures("cache", "undrawn")
+@pytest.mark.usefixtures("cache", "undrawn", "few_walks")
 def test_the_page_says_when_it_was_checked(tmp_path, runs):
     scene = tmp_path / "s.toml"
     scene.write_text("[roughness]\nsigma = 0\n[light]\ntheta = [60]\n[accuracy]\npaths = 2000\n")

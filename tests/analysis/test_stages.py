@@ -21,10 +21,7 @@ TINY = Scene(
 ONE_ANGLE = replace(TINY, light=Light((60.0,)))
 
 
-@pytest.fixture(autouse=True)
-def _few_walks(monkeypatch):
-    """How many there are says nothing about what is kept of them."""
-    monkeypatch.setattr(validate, "WALKS", 1000)
+pytestmark = pytest.mark.usefixtures("few_walks")
 
 
 def figures(entry):

@@ -81,13 +81,16 @@ except KeyboardInterrupt:
 
 UNCHECKED = """
 from importlib import import_module
+from microsurf.analysis import validate
 from microsurf.analysis.self_test import SelfTest
 from microsurf.cli import main
+from microsurf.report.figures import figure
 command = import_module("microsurf.cli.validate")
 command.self_test = lambda *_, **__: SelfTest([], None, "2020-01-01 00:00")
+validate.WALKS, figure.DPI = 20_000, 50
 main()
 """
-"""`microsurf` without the minute that checks microsurf itself."""
+"""`microsurf` without the minute that checks microsurf itself, with few walks and pixels."""
 
 
 @pytest.mark.parametrize("code", [IN_ORDER, FAILING, LOST], ids=["order", "error", "lost"])

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+import quick
 from matplotlib.figure import Figure
 
 from microsurf import report
@@ -35,12 +36,20 @@ NAME = 'a"b<c>'
 _KINDS = ("effects", "lobes", "albedos", "surface")
 
 
+pytestmark = pytest.mark.usefixtures("few_walks")
+
+
 @pytest.fixture(scope="module")
-def entries():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(validate, "WALKS", 20_000)
-        entry = validate.validate_scene(NAME, SCENE, seed=7)
+def entries(few_walks):  # noqa: ARG001 - for its effect
+    entry = validate.validate_scene(NAME, SCENE, seed=7)
     return [entry, replace(entry, name="broken", faults=[NASTY])]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _few_pixels():
+    with pytest.MonkeyPatch.context() as patch:
+        quick.with_few_pixels(patch)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -190,9 +199,8 @@ def test_every_figure_has_its_files_and_every_result_is_there(folder):
     assert first.sizes["realisation"] == 2
 
 
-def test_the_scene_beside_the_page_gives_the_same_figures(entries, folder, monkeypatch):
+def test_the_scene_beside_the_page_gives_the_same_figures(entries, folder):
     """Read back and run with the seed of the page: the same numbers, bit for bit."""
-    monkeypatch.setattr(validate, "WALKS", 20_000)
     asked = Scene.read(folder / "scenes" / "a-b-c.toml")
     again = validate.validate_scene("a-b-c", asked, seed=7)
     assert again.comparisons == entries[0].comparisons
@@ -293,7 +301,6 @@ def test_a_folder_that_can_not_be_made_is_refused(tmp_path):
     assert list((tmp_path / "plain").iterdir()) == []
 
 
-@pytest.mark.usefixtures("few_walks")
 def test_plots_of_results_that_do_not_fit_together_are_refused(tmp_path):
     flux = validate.validate_scene("s", replace(SCENE, light=Light((30.0,)))).measured
     other = validate.validate_scene("s", replace(SCENE, light=Light((40.0,)))).measured

@@ -21,10 +21,8 @@ SCENE = Scene(
 
 
 @pytest.fixture(scope="module")
-def entry():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(validate, "WALKS", 20_000)
-        return validate.validate_scene("tiny", SCENE)
+def entry(few_walks):  # noqa: ARG001 - for its effect
+    return validate.validate_scene("tiny", SCENE)
 
 
 @pytest.fixture(scope="module")

@@ -98,19 +98,28 @@ def save(picture: Picture, folder: Path) -> dict[str, bytes]:
 
 
 def _raster(figure: "Figure") -> bytes:
-    """As it was laid out for the SVG: laying out is half the work. In few colours, as it has."""
-    engine = figure.get_layout_engine()
+    """As it was laid out for the SVG: laying out is half the work. In few colours, as it has.
+
+    Drawn at once: `savefig` would draw it twice, first for a layout.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only to draw
+
+    engine, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
     figure.set_layout_engine("none")
-    full, few = io.BytesIO(), io.BytesIO()
+    content = io.BytesIO()
     try:
         with own_style():
-            figure.savefig(full, format="png", dpi=DPI, pil_kwargs={"compress_level": 1})
+            figure.dpi = DPI
+            drawn: Any = FigureCanvasAgg(figure)
+            drawn.draw()
     finally:
+        figure.dpi = dpi
+        figure.set_canvas(canvas)
         figure.set_layout_engine(engine)
-    with Image.open(full) as drawn:
-        reduced = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        reduced.save(few, format="png", optimize=True, dpi=(DPI, DPI))
-    return few.getvalue()
+    image = Image.fromarray(np.asarray(drawn.buffer_rgba())).convert("RGB")
+    few = image.quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(content, format="png", optimize=True, dpi=(DPI, DPI))
+    return content.getvalue()
 
 
 def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import quick
 from scipy import stats
 
 from microsurf.analysis.convergence.steps import (
@@ -171,7 +172,7 @@ paths = 2000
 """
 
 
-def test_the_command_writes_what_it_found(run):
+def test_the_command_writes_what_it_found(run, monkeypatch):
     Path("my.toml").write_text(TOML)
     code, out, err = run("my.toml", "--json")
     assert (code, err) == (0, "")
@@ -189,6 +190,7 @@ def test_the_command_writes_what_it_found(run):
     studies = ("mesh", "tile", "realisations", "rays")
     assert len(rows) == sum(len(values[study]) for study in studies)
     assert float(rows[0]["value"]) == pytest.approx(values["mesh"][0]["value"], rel=1e-6)
+    quick.without_figures(monkeypatch)
     code, out, err = run("my.toml", "--out", "o")
     assert (code, err) == (0, "")
     assert "surfaces and rays" in out
