@@ -1,12 +1,13 @@
 """What `microsurf fit` does with a measured BRDF."""
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..analysis.brdf_fit.fit import BrdfFit, fit_brdf
+from ..analysis.brdf_fit.fit import fit_brdf
 from ..analysis.brdf_fit.held_out import HELD_OUT
 from ..analysis.brdf_fit.later_orders import WALKS
 from ..analysis.brdf_fit.scene_of import scene_of
@@ -39,7 +40,7 @@ def fit_brdf_command(
     """Fit a file and return the figures to print; see `analysis.brdf_fit.fit`.
 
     ``out`` takes a scene (.toml), ``figure`` a picture, ``pairs`` the pairs as CSV. Nothing
-    is written if the fit fails.
+    is written if the fit fails, or there is no room for the picture.
 
     Raises
     ------
@@ -65,23 +66,14 @@ def fit_brdf_command(
         seed=seed,
     )
     values = {**figures(fit), "seconds": time.perf_counter() - begin}
-    written = _write(fit, out, figure)
-    if pairs is not None:
-        write_csv(measured, pairs)
-        written.append(str(pairs))
-    return {**values, "files": written}
-
-
-def _write(fit: BrdfFit, out: Path | None, figure: Path | None) -> list[str]:
-    written = []
-    if out is not None:
-        scene_of(fit).write(out)
-        written.append(str(out))
-    if figure is not None:
-        with whole_file(figure) as temporary:
-            write(drawn.figure(fit), temporary)
-        written.append(str(figure))
-    return written
+    with ExitStack() as files:  # the picture, the largest, takes its name last
+        if figure is not None:
+            write(drawn.figure(fit), files.enter_context(whole_file(figure)))
+        if out is not None:
+            scene_of(fit).write(out)
+        if pairs is not None:
+            write_csv(measured, pairs)
+    return {**values, "files": [str(path) for path in (out, figure, pairs) if path is not None]}
 
 
 def table(values: dict[str, Any]) -> dict[str, Any]:

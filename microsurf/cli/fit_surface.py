@@ -1,5 +1,6 @@
 """What `microsurf fit` does with a measured surface."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def fit_surface_command(
         one has its quadratic taken out.
     out, figure : Path, optional
         A scene that validates the fit (.toml), and a picture. Nothing is written if the
-        fit fails.
+        fit fails, or there is no room for the picture.
 
     Raises
     ------
@@ -53,15 +54,14 @@ def fit_surface_command(
     except InputError as error:
         raise InputError(f"{surface.file}: {error}") from error
     scene = None if out is None else scene_of(study, surface, form, out)
-    files = []
-    if out is not None and scene is not None:
-        scene.write(out)
-        files.append(str(out))
-    if figure is not None:
-        with whole_file(figure) as temporary:
-            write(drawn.figure(drawn.rows(study), study), temporary)
-        files.append(str(figure))
-    return {**as_json(study), "notes": notes_on_surface(surface, plane), "files": files}
+    with ExitStack() as files:  # the picture, the larger one, takes its name last
+        if figure is not None:
+            path = files.enter_context(whole_file(figure))
+            write(drawn.figure(drawn.rows(study), study), path)
+        if out is not None and scene is not None:
+            scene.write(out)
+    written = [str(path) for path in (out, figure) if path is not None]
+    return {**as_json(study), "notes": notes_on_surface(surface, plane), "files": written}
 
 
 def table(values: dict[str, Any]) -> dict[str, Any]:

@@ -1,13 +1,15 @@
 """What `microsurf fit` gives for a measured surface: figures, scene, picture, and refusals."""
 
+import errno
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from microsurf.cli.group import cli
-from microsurf.errors import InputError
+from microsurf.errors import InputError, MicrosurfError
 from microsurf.scene import Scene
 from microsurf.surface import Heightfield, generate_surface, write_surface
 
@@ -47,6 +49,17 @@ def test_figures_scene_and_picture(file, tmp_path):
     assert asked.roughness.gamma == pytest.approx(values["gamma"])
     assert asked.surface.level == "quadratic"
     assert (tmp_path / asked.surface.file).resolve() == file.resolve()
+
+
+def test_without_room_for_the_picture_there_is_no_scene_either(file, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    result = run(file, "--out", tmp_path / "scene.toml", "--figure", tmp_path / "fit.png")
+    assert isinstance(result.exception, MicrosurfError)
+    assert "fit.png: could not be written" in str(result.exception)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_was_read_and_what_is_odd_is_said(file, tmp_path):
