@@ -13,12 +13,22 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from tqdm import tqdm
 
 from microsurf import generate_surface, measure, model, predict
 from microsurf.report.figures.bands import cut
 from microsurf.report.figures.figure import write
-from microsurf.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, own_style
+from microsurf.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    VERMILION,
+    WIDTH,
+    own_style,
+    source_style,
+)
 from microsurf.scene import BECKMANN, Accuracy, Effects, Light, Material, Roughness, Scene, Surface
 from microsurf.stats import intervals
 
@@ -83,7 +93,7 @@ def finish(figure: Figure, panels: np.ndarray, name: str, low: float = 3e-2) -> 
         axes.grid(visible=True, color="#dddddd", linewidth=0.5)
         axes.spines[["top", "right"]].set_visible(False)
     for axes in panels[-1]:
-        axes.set_xlabel(r"$\theta_o$ (°), mirror side positive")
+        axes.set_xlabel(r"$\theta_o$ (°), mirror side positive", fontsize=9)
     for axes in panels[:, 0]:
         axes.set_ylabel("BRDF (1/sr)")
     handles = {
@@ -91,19 +101,20 @@ def finish(figure: Figure, panels: np.ndarray, name: str, low: float = 3e-2) -> 
         for axes in panels.ravel()
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
+    handles["bands: 95 %"] = Patch(color=GREY, alpha=0.3, linewidth=0)
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3,
-                  fontsize=8, frameon=False)  # fmt: skip
+                  fontsize=8, frameon=False, title=f"Kd = {KD:g}", title_fontsize=8)  # fmt: skip
     save(figure, name)
 
 
 def save(figure: Figure, name: str) -> None:
     """Write one picture, small enough for the repository."""
-    write(figure, OUT / f"{name}.png", dpi=110)
+    write(figure, OUT / f"{name}.png", dpi=150)
 
 
 def lobes_over_n_and_sigma() -> None:
     """Order 1 at 60°, Beckmann and STD, under both maskings."""
-    figure = Figure(figsize=(9.5, 8), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 7.6), layout="constrained")
     panels = figure.subplots(3, 2, sharex=True, sharey=True)
     for row, n in zip(panels, (1.2, 1.5, 2.0), strict=True):
         for axes, sigma in zip(row, (0.3, 0.7), strict=True):
@@ -116,26 +127,26 @@ def lobes_over_n_and_sigma() -> None:
                 line(axes, predict(asked, "vcavity"), asked, (style[0], ":", ""),
                      f"{name}, V-cavity")  # fmt: skip
                 points(axes, measure(asked), asked, style, f"{name}, traced")
-            axes.set_title(f"n = {n:g}, σ = {sigma:g}, incidence 60°", fontsize=9)
+            axes.set_title(f"n = {n:g}, σ = {sigma:g}, $\\theta_i$ = 60°", fontsize=9)
     finish(figure, panels, "lobes-n-sigma")
 
 
 def effect_of_gamma() -> None:
     """Order 1 over γ at two σ."""
-    figure = Figure(figsize=(9.5, 4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True, sharey=True, squeeze=False)
     for axes, sigma in zip(panels[0], (0.3, 0.7), strict=True):
         for style, gamma in zip(LINES, (1.75, 2.0, 4.0, 40.0), strict=True):
             asked = scene(gamma, sigma, 1.5)
             line(axes, predict(asked), asked, style, f"γ = {gamma:g}, Smith")
             points(axes, measure(asked), asked, style, f"γ = {gamma:g}, traced")
-        axes.set_title(f"n = 1.5, σ = {sigma:g}, incidence 60°", fontsize=9)
+        axes.set_title(f"n = 1.5, σ = {sigma:g}, $\\theta_i$ = 60°", fontsize=9)
     finish(figure, panels, "effect-of-gamma")
 
 
 def effect_of_masking() -> None:
     """Masking functions at γ = 1.75, n = 1.5, σ = 0.7."""
-    figure = Figure(figsize=(9.5, 4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True, sharey=True, squeeze=False)
     labels = {"smith": "Smith, height-correlated", "smith-separable": "Smith, separable",
               "vcavity": "V-cavity"}  # fmt: skip
@@ -144,13 +155,13 @@ def effect_of_masking() -> None:
         for style, (name, label) in zip(LINES, labels.items(), strict=False):
             line(axes, predict(asked, name), asked, style, label)
         points(axes, measure(asked), asked, (GREY, "", "o"), "traced")
-        axes.set_title(f"γ = 1.75, n = 1.5, σ = 0.7, incidence {theta:g}°", fontsize=9)
+        axes.set_title(f"γ = 1.75, n = 1.5, σ = 0.7, $\\theta_i$ = {theta:g}°", fontsize=9)
     finish(figure, panels, "effect-of-masking")
 
 
 def multiple_scattering() -> None:
     """One order and all of them, for the two materials of the slides."""
-    figure = Figure(figsize=(9.5, 4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     panels = figure.subplots(1, 2, sharex=True, squeeze=False)
     cases = ((8.0, 0.7, 1.0), (1.75, 0.5, 1.5))
     for axes, (gamma, sigma, n) in zip(panels[0], cases, strict=True):
@@ -160,15 +171,15 @@ def multiple_scattering() -> None:
         points(axes, traced, asked, LINES[0], "traced, order 1")
         for style, kind in ((LINES[1], "smith-walk"), (LINES[3], "vcavity-walk")):
             walked = model.walk(asked, kind, walks=WALKS)
-            line(axes, walked, asked, style, f"{kind}, all orders", None)
+            line(axes, walked, asked, style, source_style(kind).name, None)
         points(axes, traced, asked, LINES[1], "traced, all orders", None)
-        axes.set_title(f"n = {n:g}, γ = {gamma:g}, σ = {sigma:g}, incidence 60°", fontsize=9)
+        axes.set_title(f"n = {n:g}, γ = {gamma:g}, σ = {sigma:g}, $\\theta_i$ = 60°", fontsize=9)
     finish(figure, panels, "multiple-scattering", low=5e-2)
 
 
 def profiles() -> None:
     """The surfaces themselves: same σ, same seed, three tails."""
-    figure = Figure(figsize=(9.5, 5.5), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     for axes, gamma in zip(panels, (1.75, 2.0, 40.0), strict=True):
         heights = generate_surface(gamma, 0.5, cells=512, seed=3).heights
@@ -176,7 +187,7 @@ def profiles() -> None:
         row = heights[np.argsort(relief)[len(relief) // 2]]
         axes.plot(row - row.mean(), color=BLACK, lw=0.8)
         axes.set_title(
-            f"γ = {gamma:g}, σ = 0.5: the row of median relief; the largest relief of all rows is "
+            f"γ = {gamma:g}, σ = 0.5: the row of median relief; of all rows the largest relief is "
             f"{relief.max():.0f} cells",
             fontsize=9,
         )

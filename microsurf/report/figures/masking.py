@@ -67,10 +67,10 @@ def figure(drawn: Sequence[dict[str, Any]]) -> "Figure":
     for panel in panels[:, 0]:
         panel.set_ylabel(r"$G_1$, $G_2$")
     handles = [
-        Line2D([], [], color=colour, marker=marker, linestyle="none", label=f"{name} measured")
+        Line2D([], [], color=colour, marker=marker, linestyle="none", label=f"{name}, measured")
         for colour, marker, _, name in _STYLES.values()
     ] + [
-        Line2D([], [], color=colour, linestyle=line, label=f"{name} Smith")
+        Line2D([], [], color=colour, linestyle=line, label=f"{name}, Smith")
         for colour, _, line, name in _STYLES.values()
     ]
     canvas.legend(
