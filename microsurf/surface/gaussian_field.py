@@ -16,6 +16,15 @@ Array = NDArray[np.float64]
 _ALIASES = 2  # spectra folded at ±1, ±2 sampling frequencies: exact to e^−15 for L ≥ ½
 
 
+_SMALL = 2**14
+"""Heights whose transform is over before a second thread has begun, or cores are counted."""
+
+
+def threads_for(heights: int) -> int:
+    """Threads for the Fourier transform of so many heights; its bits are the same with any."""
+    return 1 if heights < _SMALL else memory.cores()
+
+
 def inverse_lengths(
     correlation: float, ratio_x: float, ratio_y: float
 ) -> tuple[float, float, float]:
@@ -72,6 +81,7 @@ def gaussian_field(white: Array, correlation: float, ratio_x: float, ratio_y: fl
         for i, j in ((i, j) for i in reach for j in reach if (i, j) != (0, 0)):
             power += np.exp(log_power(kx + 2 * np.pi * i, ky + 2 * np.pi * j) - top)
         power[0, 0] = 0.0
-    noise = fft.rfft2(white, workers=memory.cores())
+    threads = threads_for(white.size)
+    noise = fft.rfft2(white, workers=threads)
     noise *= np.sqrt(power)
-    return np.asarray(fft.irfft2(noise, white.shape, workers=memory.cores()))
+    return np.asarray(fft.irfft2(noise, white.shape, workers=threads))

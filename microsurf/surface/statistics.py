@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from .. import memory
 from ..errors import InputError
 from ..physics import student_t
+from .gaussian_field import threads_for
 from .heightfield import Heightfield, facet_slopes, measured_facets, unfolded
 
 Array = NDArray[np.float64]
@@ -215,8 +215,9 @@ def _correlation(a: Array, b: Array) -> float | None:
 def correlation_lengths(h: Heightfield) -> tuple[float | None, float | None]:
     """1/e lengths in cells of the heights' autocorrelation along x and y, over one period."""
     heights, _ = unfolded(h)
-    power = np.abs(fft.rfft2(heights - heights.mean(), workers=memory.cores())) ** 2
-    covariance = fft.irfft2(power, heights.shape, workers=memory.cores())
+    threads = threads_for(heights.size)
+    power = np.abs(fft.rfft2(heights - heights.mean(), workers=threads)) ** 2
+    covariance = fft.irfft2(power, heights.shape, workers=threads)
     return _first_crossing(covariance[0]), _first_crossing(covariance[:, 0])
 
 

@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from .. import __version__, memory
+from .. import __version__
 from ..errors import InputError, require
 from ..physics import student_t
 from ..scene import MAX_CELLS, STRUCTURES
 from . import rank_kernels
-from .gaussian_field import gaussian_field
+from .gaussian_field import gaussian_field, threads_for
 from .heightfield import Heightfield, check_spacing
 from .structures import impose
 
@@ -224,6 +224,7 @@ def _alternate(
     # The field has no scale of its own: give it the target's median.
     heights = heights * (student_t.slope_quantile(0.5, gamma) / _median(heights, to_x, to_y))
     best, best_ks, best_at = heights, np.inf, 0
+    threads = threads_for(heights.size)
     for iteration in range(iterations + 1):
         bins, ranks = _histogram(heights, to_x, to_y)
         edges = np.sqrt(rank_kernels.lower_edges(bins))
@@ -233,7 +234,7 @@ def _alternate(
         if iteration == iterations:
             break
         targets = _targets(bins, ranks, gamma)
-        heights = _project(heights, to_x, to_y, targets)
+        heights = _project(heights, to_x, to_y, targets, threads)
     return best, best_at
 
 
@@ -272,7 +273,7 @@ def _targets(bins: Integers, ranks: Integers, gamma: float) -> Array:
     return targets
 
 
-def _project(heights: Array, to_x: float, to_y: float, targets: Array) -> Array:
+def _project(heights: Array, to_x: float, to_y: float, targets: Array, threads: int = 1) -> Array:
     """Return the heights nearest to the facets' slopes once these are rescaled: Poisson's equation.
 
     Differences along an axis have the squared spectrum 4 sin²(k/2).
@@ -280,10 +281,10 @@ def _project(heights: Array, to_x: float, to_y: float, targets: Array) -> Array:
     rows, columns = heights.shape
     divergence, scratch = np.empty_like(heights), np.empty((2, columns))
     rank_kernels.scaled_divergence(heights, to_x, to_y, targets, scratch, divergence)
-    spectrum = fft.rfft2(divergence, workers=memory.cores())
+    spectrum = fft.rfft2(divergence, workers=threads)
     rank_kernels.divide_by_laplacian(
         spectrum.view(np.float64),
         (2 * to_x * np.sin(np.pi * fft.rfftfreq(columns))) ** 2,
         (2 * to_y * np.sin(np.pi * fft.fftfreq(rows))) ** 2,
     )
-    return np.asarray(fft.irfft2(spectrum, heights.shape, workers=memory.cores(), overwrite_x=True))
+    return np.asarray(fft.irfft2(spectrum, heights.shape, workers=threads, overwrite_x=True))
