@@ -2,12 +2,14 @@
 
 import base64
 import platform
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import jinja2
+from markupsafe import Markup, escape
 
 from .. import memory
 from ..analysis.validation import Validation
@@ -20,6 +22,8 @@ from .figures.figure import Picture, save
 from .junit import to_junit
 from .markdown import to_markdown
 from .section import Section, Table
+
+_CODE = re.compile(r"`([^`]+)`")
 
 
 @dataclass(frozen=True)
@@ -236,7 +240,7 @@ def environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {"signed": albedo_table.signed, "grouped": _grouped}
+    templates.filters |= {"signed": albedo_table.signed, "grouped": _grouped, "code": _with_code}
     templates.globals |= {"albedo_columns": albedo_table.columns, "marks": albedo_table.MARKS}
     return templates
 
@@ -244,6 +248,11 @@ def environment() -> jinja2.Environment:
 def _grouped(value: int) -> str:
     """Thousands apart by thin spaces."""
     return f"{value:,}".replace(",", "\u202f")
+
+
+def _with_code(text: str) -> Markup:
+    """Escape a text; what stands between backticks in it becomes code."""
+    return Markup(_CODE.sub(r"<code>\1</code>", str(escape(text))))  # noqa: S704 - escaped
 
 
 def _machine() -> str:

@@ -51,7 +51,7 @@ _FRONTIER_CAPTION = (
     "Models only, no explicit surfaces: `microsurf tradeoff` has both."
 )
 _OVER_ALL = """Models on the {scenes} rough scenes of this report, each against its own measurement:
-median and range over scenes. Cost is in that of the scene's cheapest model."""
+median and middle half over scenes. Cost is in that of the scene's cheapest model."""
 _OVER_ALL_CAPTION = (
     "Error against relative cost of each model: medians over scenes (symbols), and the middle "
     "half of them (bars). Errors below 0.01 % and above 200 % are drawn there. Models only, no "
@@ -64,7 +64,7 @@ largest that is no fault. Those decided by chance alarm falsely in about one rep
 _CHECKED = """Checked on {date} UTC with this version of microsurf on this kind of machine, and
 remembered since: it depends on no scene. `microsurf validate --self-test` checks it now."""
 _FAMILY = """The {comparisons} intervals are of 95 % each, not corrected for their number. A verdict
-of holds or departs is wrong in {rate:.1%} of cases at most: up to {wrong:.1f} of all, if every
+of holds or departs is wrong in {percent:g} % of cases at most: up to {wrong:.1f} of all, if every
 truth lay at its margin (up to 4 % were measured for heavy tails on small tiles, where surfaces do
 not differ normally: reports/calibration). {decided} are decided; {standing} of these stand also
 if all intervals are widened so that 95 % of such reports hold no wrong one (Šidák 1967)."""
@@ -272,7 +272,7 @@ def _multiplicity(entries: Sequence[Validation]) -> Section | None:
     family = multiplicity.multiplicity_of(comparisons)
     text = _FAMILY.format(
         comparisons=family.comparisons,
-        rate=family.error_rate,
+        percent=100 * family.error_rate,
         decided=family.decided,
         wrong=family.expected_wrong,
         standing=family.standing,

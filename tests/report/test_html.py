@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from microsurf import report
 from microsurf.analysis import validate
 from microsurf.errors import InputError, MicrosurfError
-from microsurf.report import attachments
+from microsurf.report import attachments, html
 from microsurf.report.figures.figure import Picture
 from microsurf.report.section import Section, Table
 from microsurf.results import datasets
@@ -104,6 +104,13 @@ def test_what_a_scene_says_is_text(page):
     # of two further sections a text, a caption, two cells, a note and a caption
     assert text.count(NASTY) >= 2 * 4 + 2 + 2 * 5
     assert f'id="{NAME}"' not in page
+
+
+def test_words_between_backticks_are_code_and_nothing_else_is(page):
+    words = html.environment().from_string("{{ text | code }}")
+    assert words.render(text="a `b < c` & `d") == "a <code>b &lt; c</code> &amp; `d"
+    assert "`microsurf" not in page
+    assert "<code>microsurf" in page
 
 
 def test_the_page_says_what_halves_the_errors(page):
