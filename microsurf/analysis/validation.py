@@ -1,5 +1,6 @@
 """What the main job finds out about one scene, as the report shows it."""
 
+import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,7 +34,7 @@ class Validation:
     invariants : list of Invariant
         What must hold whatever the surface, see `invariants.scene_invariants`.
     heightfield : Heightfield or None
-        First realisation; None for a flat scene.
+        First realisation; None for a flat scene, and for a lay that is turned from x and y.
     statistics : dict
         Of its facet slopes, see `surface.surface_statistics`.
     fit : StdFit or None
@@ -85,6 +86,14 @@ class Validation:
     def broken(self) -> list[str]:
         """Invariants that do not hold, and a user BRDF's faults; else empty."""
         return invariants.broken(self.invariants) + self.faults
+
+    @property
+    def unit(self) -> str:
+        """Of lengths on the surface: cells, or of a file what its reader knows."""
+        if self.scene.surface.file is None:
+            return "cells"
+        known = json.loads(self.measured.attrs.get("surface", "{}")).get("unit")
+        return str(known or "unit of the file")
 
 
 def as_json(entry: Validation) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from ..analysis.validation import Validation
 from ..model import MODELS
 from .figures import albedo_by_order, lobes, overview, surface, verdicts
 from .figures.figure import Picture
+from .figures.style import as_text
 
 _OVERVIEW = (
     "Every verdict of this report. Measured over predicted − 1 with its 95 % interval, from top to "
@@ -75,8 +76,7 @@ def of_scene(entry: Validation, slug: str) -> list[Picture]:
         pictures.append(Picture(f"{slug}-albedos", albedo_by_order.figure(orders), caption, orders))
     if entry.heightfield is not None:
         profile = surface.rows(entry.heightfield, scene)
-        unit = "cells" if scene.surface.file is None else "unit of the file"
-        figure = surface.figure(profile, scene.roughness.gamma, unit)
+        figure = surface.figure(profile, scene.roughness.gamma, as_text(entry.unit))
         pictures.append(Picture(f"{slug}-surface", figure, _RELIEF, profile))
     return pictures
 

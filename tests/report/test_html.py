@@ -21,6 +21,7 @@ from microsurf.results import datasets
 from microsurf.scene import Accuracy, Light, Material, Scene, Surface
 from microsurf.scene.builtin import built_in_scenes
 from microsurf.scene.expectation import Expectation
+from microsurf.surface import Heightfield, fit_std, generate_surface
 
 NASTY = "<script>alert(\"x\")</script> & 'quotes' {{ 7 * 7 }} </title><img src=x onerror=a()> σ"
 SCENE = Scene(
@@ -247,6 +248,27 @@ def test_the_same_entries_give_the_same_report(entries, folder, tmp_path):
     assert len(files) == 11 * 2 + vectors + 2 * 4 + 2 + 6
     for file in files:
         assert (tmp_path / file).read_bytes() == (folder / file).read_bytes(), file
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_fit_states_its_pixel_also_of_a_turned_lay_and_of_oblong_pixels(entries, tmp_path):
+    """A turned lay has no picture of its surface; a reader may know the unit, or not."""
+    made = generate_surface(2.0, 0.2, cells=64, seed=1)
+    oblong = Heightfield(made.heights, (0.5, 0.75), "mirror")
+    told = {"surface": json.dumps({"unit": "µm"})}
+    for heightfield, attrs, unit in ((None, told, "µm"), (oblong, {}, "unit of the file")):
+        entry = replace(
+            entries[0],
+            scene=replace(SCENE, surface=Surface(file="h.npy")),
+            measured=entries[0].measured.assign_attrs(attrs),
+            heightfield=heightfield,
+            statistics={},
+            fit=fit_std(oblong),
+        )
+        report.make_folders(tmp_path)
+        report.write([entry], tmp_path, 7)
+        page = (tmp_path / "report.html").read_text(encoding="utf-8")
+        assert f"at a pixel of 0.6124 ({unit})" in page
 
 
 def test_results_that_are_too_large_are_left_out(entries, tmp_path):
