@@ -27,6 +27,8 @@ from microsurf.surface import read_surface, write_endings
 
 SURFACE = ("--gamma", "2", "--sigma", "0.5", "--cells", "16")
 TINY = (*SURFACE, "--paths", "2000", "--realisations", "2")
+pytestmark = pytest.mark.usefixtures("few_walks")
+
 COMMANDS = ("surface", "measure", "predict", "validate", "convergence", "plot")
 VALIDATE = import_module("microsurf.cli.validate")
 BY_ANGLE_AND_KD = ("albedo", "albedo_se")
