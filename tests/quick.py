@@ -14,8 +14,7 @@ _LOBES = {name: cache(getattr(first_order, name)) for name in ("body_bins", "spe
 
 def without_figures(patch):
     """Leave figures empty: they are two thirds of the time."""
-    patch.setattr(figure, "_drawn", lambda *_: b"<svg/>")
-    patch.setattr(figure, "_raster", lambda _: b"no PNG")
+    patch.setattr(figure, "_both", lambda _: (b"no PNG", b"<svg/>"))
 
 
 def with_few_pixels(patch):

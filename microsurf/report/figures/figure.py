@@ -3,13 +3,14 @@
 import csv
 import io
 import re
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from ...files import whole_file
@@ -86,9 +87,8 @@ def save(picture: Picture, folder: Path) -> dict[str, bytes]:
         If there is no room.
 
     """
-    vector = _drawn(picture.figure, "svg")
-    raster = _raster(picture.figure)
-    files = {"svg": vector} if len(vector) <= max(len(raster), SMALL) else {}
+    raster, vector = _both(picture.figure)
+    files = {} if vector is None else {"svg": vector}
     files |= {"png": raster, "csv": as_csv(picture.rows).encode()}
     with ExitStack() as written:
         for ending, content in files.items():
@@ -97,27 +97,62 @@ def save(picture: Picture, folder: Path) -> dict[str, bytes]:
     return files
 
 
-def _raster(figure: "Figure") -> bytes:
-    """As it was laid out for the SVG: laying out is half the work. In few colours, as it has.
+class _TooLargeError(Exception):
+    """More was written than there is a use for."""
 
-    Drawn at once: `savefig` would draw it twice, first for a layout.
+
+class _Bounded(io.BytesIO):
+    """Takes so many bytes and no more."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self._most = most
+
+    def write(self, content: Any) -> int:
+        if self.tell() + len(content) > self._most:
+            raise _TooLargeError
+        return super().write(content)
+
+
+def _both(figure: "Figure") -> tuple[bytes, bytes | None]:
+    """PNG, and SVG if it is small: laid out once, as an SVG is, and each drawn once.
+
+    `savefig` would lay out and draw twice for each, to end most often with an SVG that is too
+    large: it is drawn up to there.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only to draw
+    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415 - only to draw
 
     engine, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
-    figure.set_layout_engine("none")
-    content = io.BytesIO()
+    pixels: Any = FigureCanvasAgg(figure)
+    vector: Any = FigureCanvasSVG(figure)
     try:
-        with own_style():
+        with _style():
+            figure.dpi = vector.fixed_dpi
+            if engine is not None and figure.axes:
+                engine.execute(figure)
+            figure.set_layout_engine("none")
             figure.dpi = DPI
-            drawn: Any = FigureCanvasAgg(figure)
-            drawn.draw()
+            figure.set_canvas(pixels)
+            pixels.draw()
+            raster = _in_few_colours(np.asarray(pixels.buffer_rgba()))
+            content = _Bounded(max(len(raster), SMALL))
+            figure.dpi = dpi
+            figure.set_canvas(vector)
+            vector.print_svg(content, metadata={"Date": None})
+    except _TooLargeError:
+        return raster, None
     finally:
         figure.dpi = dpi
         figure.set_canvas(canvas)
         figure.set_layout_engine(engine)
-    image = Image.fromarray(np.asarray(drawn.buffer_rgba())).convert("RGB")
-    few = image.quantize(COLOURS, dither=Image.Dither.NONE)
+    return raster, content.getvalue()
+
+
+def _in_few_colours(pixels: NDArray[np.uint8]) -> bytes:
+    """PNG of so many as a figure has."""
+    content = io.BytesIO()
+    few = Image.fromarray(pixels).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
     few.save(content, format="png", optimize=True, dpi=(DPI, DPI))
     return content.getvalue()
 
@@ -132,17 +167,23 @@ def write(figure: "Figure", path: Path, dpi: float = DPI) -> None:
 
 
 def _drawn(figure: "Figure", kind: str, dpi: float = DPI) -> bytes:
-    from matplotlib import rc_context  # noqa: PLC0415 - late: only to draw
-
     unsaid = {"png": "Software", "pdf": "CreationDate", "svg": "Date"}
-    outlines = rc_context({"svg.hashsalt": "microsurf", "svg.fonttype": "path"})
     content = io.BytesIO()
-    with own_style(), outlines:
+    with _style():
         figure.savefig(
             content, format=kind, dpi=dpi if kind == "png" else "figure",
             metadata={unsaid[kind]: None},
         )  # fmt: skip
     return content.getvalue()
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    """Our own, with the letters of an SVG as outlines, and its names the same each time."""
+    from matplotlib import rc_context  # noqa: PLC0415 - late: only to draw
+
+    with own_style(), rc_context({"svg.hashsalt": "microsurf", "svg.fonttype": "path"}):
+        yield
 
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:

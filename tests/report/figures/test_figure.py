@@ -41,6 +41,12 @@ def test_a_small_vector_picture_is_kept_and_a_large_one_is_its_raster(tmp_path, 
     assert not (tmp_path / "a-picture.svg").exists()
 
 
+def test_drawn_once_it_is_as_matplotlib_saves_it(tmp_path):
+    files = save(made(), tmp_path)
+    picture.write(made().figure, tmp_path / "saved.svg")
+    assert files["svg"] == (tmp_path / "saved.svg").read_bytes()
+
+
 def test_few_colours_are_close_to_all(tmp_path):
     """Letters, lines and their soft edges, beside the same in all colours."""
     drawn = made()
