@@ -26,6 +26,7 @@ from .options import (
     light,
     material,
     roughness,
+    say,
     seed,
 )
 from .output import check_ending, show, write
@@ -63,11 +64,8 @@ def predict_command(
         check_described(scene_file, given)
     scene = compose(scene_file, **given)
     _check_layers(scene, name)
-    if scene.surface.file is not None and given["sigma"] is None and name != "flat":
-        raise InputError(
-            f"{scene_file}: its surface is {scene.surface.file}, of unknown roughness; give "
-            "--gamma and --sigma, or `microsurf validate` fits them"
-        )
+    if scene_file and scene.surface.file is not None and given["sigma"] is None and name != "flat":
+        _check_stated(scene_file, scene)
     if directions is not None:
         for option, used in (
             ("--json", as_json),
@@ -96,6 +94,20 @@ def predict_command(
         datasets.save(predicted, out)
         values["file"] = str(out)
     show(values, as_json)
+
+
+def _check_stated(file: Path, scene: Scene) -> None:
+    """Refuse measured heights of a scene that states no slopes; say along which axes they are."""
+    stated = Scene.read_with_tables(file)[1].get("roughness", {})
+    if not {"gamma", "sigma"} <= set(stated):
+        raise InputError(
+            f"{file}: its surface is {scene.surface.file}, of unknown roughness; give "
+            "--gamma and --sigma, or `microsurf validate` fits them"
+        )
+    rough = scene.roughness
+    if not rough.isotropic:
+        axes = f"σ = {rough.sigma_x:.3g} along x and {rough.sigma_y:.3g} along y"
+        say([f"{file}: {axes}; `microsurf validate` turns them to the axes of the lay"])
 
 
 def _check_layers(scene: Scene, name: str) -> None:

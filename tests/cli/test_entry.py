@@ -511,6 +511,23 @@ def test_the_roughness_of_a_file_is_not_guessed(run, refused):
     Path("scene.toml").write_text('[surface]\nfile = "h.npy"\n[light]\ntheta = [60]\n')
     refused("predict", "scene.toml", names=("h.npy", "--gamma and --sigma", "validate"))
     assert run("predict", "scene.toml", "--gamma", "2", "--sigma", "0.3").code == 0
+    stated = Path("scene.toml").read_text() + "[roughness]\ngamma = 2.0\n"
+    Path("scene.toml").write_text(stated)
+    refused("predict", "scene.toml", names=("h.npy", "of unknown roughness"))
+
+
+def test_the_slopes_that_a_fit_wrote_into_a_scene_are_predicted(run):
+    text = '[surface]\nfile = "h.npy"\n[light]\ntheta = [60]\n[roughness]\ngamma = 2.5\nsigma = '
+    for sigma, options, said in (
+        ("0.3", ("--sigma", "0.3"), False),
+        ("[0.3, 0.2]", ("--sigma", "0.3", "--sigma-y", "0.2"), True),
+    ):
+        Path("scene.toml").write_text(text + sigma)
+        ran = run("predict", "scene.toml", "--json")
+        assert ran.code == 0
+        assert ("turns them to the axes of the lay" in ran.err) is said
+        asked = run("predict", "--gamma", "2.5", *options, "--theta", "60", "--json")
+        assert json.loads(ran.out)["albedo"] == json.loads(asked.out)["albedo"]
 
 
 HEIGHTS = {
