@@ -73,7 +73,7 @@ def check(number: int, brute: TradeoffEffort) -> dict[str, object]:
     }  # fmt: skip
     missed = []
     for one in found.tried:
-        judged = error(squared(one.run, reference, "albedo"))
+        judged = error(squared(one.run, reference, ["albedo"])["albedo"])
         if one is found.chosen:
             row |= {"brute_error": judged.value, "brute_low": judged.low}
             row |= {"brute_high": judged.high, "held": judged.value <= tolerance}

@@ -152,7 +152,7 @@ def _holds(tried: list[Judged]) -> bool:
 
 
 def _judge(run: Run, reference: ReferenceDraws, quantity: str, tolerance: float) -> Judged:
-    placed = point(run, squared(run, reference, quantity))
+    placed = point(run, squared(run, reference, [quantity])[quantity])
     error = pareto.error(placed.squared)
     if error.below <= tolerance:
         return Judged(run, placed, error, "holds", f"below {error.below:.2g} with 95 % confidence")

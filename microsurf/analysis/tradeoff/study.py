@@ -5,8 +5,9 @@ an error of its own that is in every interval. Errors of several angles and Kd: 
 counts. Costs are processor seconds for an angle.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,19 @@ class ReferenceDraws:
     def surfaces(self) -> int:
         """How many were traced."""
         return len(next(iter(self.draws.values())).albedo)
+
+    @cached_property
+    def widths(self) -> dict[Place, float]:
+        """Of the weights that cuts of specular peaks are taken with, in degrees."""
+        return {
+            index: peak.weight_width(draws.specular.mean(axis=0))
+            for index, draws in self.draws.items()
+        }
+
+    @cached_property
+    def peaks(self) -> dict[Place, Array]:
+        """Jackknife pseudo-values of the figures of the specular peak, shape (R, 3)."""
+        return _peaks(self.draws, self.widths, averaged=True)
 
     @property
     def text(self) -> str:
@@ -115,9 +129,10 @@ def tradeoff(
 
 def judged(scene: Scene, reference: ReferenceDraws, runs: list[Run]) -> Tradeoff:
     """Points of all runs by quantity, and which are dominated; seconds are those of the runs."""
+    names = quantities_of(scene)
+    errors = [squared(run, reference, names) for run in runs]
     points = {
-        name: [point(run, squared(run, reference, name)) for run in runs]
-        for name in quantities_of(scene)
+        name: [point(run, of[name]) for run, of in zip(runs, errors, strict=True)] for name in names
     }
     dominated = {name: pareto.dominated(of) for name, of in points.items()}
     seconds = sum(scene.light.angles * sum(run.seconds) for run in runs)
@@ -200,48 +215,62 @@ def refer(
 def with_half_widths(scene: Scene, reference: ReferenceDraws) -> ReferenceDraws:
     """The reference with its own uncertainty, by quantity."""
     half_widths = {
-        name: max(pareto.half_width(other) for _, other in _pairs(None, reference, name))
+        name: max(pareto.half_width(of) for of in _values(reference.draws, reference.peaks, name))
         for name in quantities_of(scene)
         if name not in _DEGREES
     }
     return replace(reference, half_width=half_widths)
 
 
-def squared(run: Run, reference: ReferenceDraws, name: str) -> Squared:
-    """E² of one quantity of a method; see `analysis.tradeoff.pareto`."""
-    pairs = _pairs(run, reference, name)
-    return pareto.squared(pairs, run.method.averaged, absolute=name in _DEGREES)
+def squared(run: Run, reference: ReferenceDraws, names: Iterable[str]) -> dict[str, Squared]:
+    """E² of a method by quantity; see `analysis.tradeoff.pareto`."""
+    # One run is what a user gets; of a mean of several only the jackknife knows.
+    peaks = _peaks(run.draws, reference.widths, averaged=run.method.averaged > 1)
+    return {
+        name: pareto.squared(
+            list(
+                zip(
+                    _values(run.draws, peaks, name, reference.draws),
+                    _values(reference.draws, reference.peaks, name),
+                    strict=True,
+                )
+            ),
+            run.method.averaged,
+            absolute=name in _DEGREES,
+        )
+        for name in names
+    }
 
 
-def _pairs(run: Run | None, reference: ReferenceDraws, name: str) -> list[tuple[Array, Array]]:
-    """Draws of a quantity of the method (none without one) and of the reference, by place."""
-    pairs = []
-    for index, of_reference in reference.draws.items():
-        of_method = of_reference if run is None else run.draws[index]
-        if name in ("albedo", "lobe"):
-            pairs.append((getattr(of_method, name), getattr(of_reference, name)))
-            continue
-        width = peak.weight_width(of_reference.specular.mean(axis=0))
-        cuts, theirs = (peak.cut(d.specular, width) for d in (of_method, of_reference))
-        figure = _Figure(("peak", *_DEGREES).index(name))
-        theirs = pareto.pseudo_values(theirs, figure)
-        # One run is what a user gets; of a mean of several only the jackknife knows.
-        if run is None or run.method.averaged > 1:
-            mine = pareto.pseudo_values(cuts, figure)
-        else:
-            mine = np.array([figure(cut) for cut in cuts])
-        pairs.append((mine, theirs))
-    return pairs
+def _values(
+    draws: Mapping[Place, Draws],
+    peaks: Mapping[Place, Array],
+    name: str,
+    places: Iterable[Place] | None = None,
+) -> list[Array]:
+    """Draws of a quantity by place, in the order of ``places``, which are by default all."""
+    if name in ("albedo", "lobe"):
+        return [getattr(draws[index], name) for index in places or draws]
+    which = ("peak", *_DEGREES).index(name)
+    return [peaks[index][:, [which]] for index in places or draws]
 
 
-@dataclass(frozen=True)
-class _Figure:
-    """One figure of a cut, as an array of one."""
+def _peaks(
+    draws: Mapping[Place, Draws], widths: Mapping[Place, float], *, averaged: bool
+) -> dict[Place, Array]:
+    """Height, position and width of the specular peak of each draw by place, shape (K, 3).
 
-    which: int
-
-    def __call__(self, cut: Array) -> Array:
-        return peak.figures(cut)[[self.which]]
+    ``averaged``: jackknife pseudo-values, for those of the mean of all.
+    """
+    by_place = {}
+    for index, width in widths.items():
+        cuts = peak.cut(draws[index].specular, width)
+        by_place[index] = (
+            pareto.pseudo_values(cuts, peak.figures)
+            if averaged
+            else np.array([peak.figures(cut) for cut in cuts])
+        )
+    return by_place
 
 
 def point(run: Run, squared_error: Squared) -> MethodPoint:
