@@ -33,6 +33,8 @@ class ExactTile(NamedTuple):
         float32, or float64 where they go beyond FINE.
     flipped : ndarray of bool, shape (rows, columns)
         Cells split by the other diagonal.
+    plain : bool
+        No cell is.
     tops : ndarray, shape (rows, columns)
         Greatest height of each cell.
     ahead : ndarray
@@ -52,6 +54,7 @@ class ExactTile(NamedTuple):
 
     heights: Heights
     flipped: NDArray[np.bool_]
+    plain: bool
     tops: Heights
     ahead: Heights
     levels: NDArray[np.int64]
@@ -93,6 +96,7 @@ def exact_tile(
     return ExactTile(
         vertices,
         np.ascontiguousarray(flipped),
+        not flipped.any(),
         tops,
         ahead,
         levels,
@@ -128,11 +132,6 @@ def _halved(blocks: Heights, axis: int) -> Heights:
     return halved
 
 
-POOL = 2
-"""Light rays that share a fan and a path: fans cost more than light rays, which lobes of
-mirrored light want many of."""
-
-
 def trace(
     tile: ExactTile,
     theta: float,
@@ -157,12 +156,12 @@ def trace(
     room = np.zeros(FAN), np.zeros(2 * count), np.zeros(count)
     tallies = empty_tallies()
     rays = trace_light(
-        tile, starts, *-light_direction(theta, phi), POOL, facet,
+        tile, starts, *-light_direction(theta, phi), facet,
         transmittance_bound(facet.n) if facet.substrate else 1.0,
         bins_about(phi if azimuth is None else azimuth),
         rings, nodes_of(rings), room, (rng.random(), rng.random()), tallies, stream(rng),
     )  # fmt: skip
-    batch = np.arange(light) // POOL % BATCHES
+    batch = np.arange(light) % BATCHES
     return tally_of(tallies, facet, batch, (rays, 0, 0), (time.perf_counter() - begin, 0.0))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...jit import compiled, inlined
 from .exact_lobe_fans import steeper
+from .exact_near_horizon import NEAR, near_horizon
 from .exact_walk import LEAST, around, beside, far_side, greatest_ahead, unit
 
 _PATIENCE = 3  # cells between two looks at the pyramid
@@ -32,11 +33,34 @@ def first_blocked(
     per_x, per_y = 1 / dx, 1 / dy
     ix, iy = cx, cy
     tx, ty = (ix + ahead_x - x) * per_x, (iy + ahead_y - y) * per_y
-    ring, slope = steeper(high + 1, -1.0, 0.0, mz, mt, last, chance, rings, nodes)
-    t = 0.0
+    t = needed = 0.0
     level, highest = -1, len(tile.levels) - 1
     wait = _PATIENCE
     start_side = side
+    if tile.plain and min(tile.columns, tile.rows) > 2 * NEAR:
+        if abs(dx) > abs(dy):
+            ix += NEAR * step_x
+            t = (ix - step_x + ahead_x - x) * per_x
+            iy = int(np.floor(y + t * dy))
+        else:
+            iy += NEAR * step_y
+            t = (iy - step_y + ahead_y - y) * per_y
+            ix = int(np.floor(x + t * dx))
+        counts = abs(ix - cx), abs(iy - cy), t
+        # The outermost cells are left to the case that looks whether a cell is in the period.
+        inside = (
+            min(cx, cy, ix, iy) > 0
+            and max(cx, ix) < tile.columns - 1
+            and max(cy, iy) < tile.rows - 1
+        )
+        if inside:
+            needed = near_horizon(tile, x, y, z, cx, cy, side, dx, dy, per_x, per_y, counts, False)
+        else:
+            needed = near_horizon(tile, x, y, z, cx, cy, side, dx, dy, per_x, per_y, counts, True)
+        cx, cy = around(ix, tile.columns), around(iy, tile.rows)
+        tx, ty = (ix + ahead_x - x) * per_x, (iy + ahead_y - y) * per_y
+        level, start_side = 0, -1
+    ring, slope = steeper(high + 1, -1.0, needed, mz, mt, last, chance, rings, nodes)
     while ring > 0:
         z_in = z + t * slope
         if level >= 0:

@@ -1,13 +1,11 @@
 """Light rays of the exact engine from the light to their end, compiled.
 
 The chain of mirrors from the light is followed as it is, with the weight of its Fresnel
-factors. What passes into the substrate of a light ray's first facet comes out as a fan
-(see `lobe_fans`), one for a group of light rays that follow each other: of their points one is
-drawn, by weight, and stands for all. The light that the fan loses behind its horizon, and
-all that enters substrates later along the chains, goes into a *reservoir* (Chao 1982, "A
-general purpose unequal probability sampling plan"): it keeps one of them, by weight, and
-one path follows it with the weight of all. So energy is conserved group by group, and later
-orders cost no branching.
+factors. What passes into the substrate of the first facet comes out as a fan (see `lobe_fans`). The
+light that the fan loses behind its horizon, and all that enters substrates later along the
+chain, goes into a *reservoir* (Chao 1982, "A general purpose unequal probability sampling
+plan"): it keeps one of them, by weight, and one path follows it with the weight of all. So
+energy is conserved light ray by light ray, and later orders cost no branching.
 """
 
 import numpy as np
@@ -62,14 +60,13 @@ def body_direction(mx, my, mz, first, second, facet, bound, random):
 
 @compiled
 def trace_light(
-    tile, ray_origins, dx, dy, dz, pool, facet, bound, bins, rings, nodes, room, pair,
+    tile, ray_origins, dx, dy, dz, facet, bound, bins, rings, nodes, room, pair,
     tallies, random,
 ):  # fmt: skip
     """Follow light rays from ``ray_origins``, in the plane of the highest point, to their end.
 
-    ``pool`` of them that follow each other share a fan and a path, and a batch. ``room`` is
-    for the numbers of one fan, two numbers and one number a ring; ``pair`` is the point of a
-    low-discrepancy sequence, for the fans' directions. Returns the number of rays.
+    ``room`` is for the numbers of one fan, two numbers and one number a ring; ``pair`` is the
+    point of a low-discrepancy sequence, for the fans' directions. Returns the number of rays.
     """
     fan, light, into_rings = room
     count = len(ray_origins)
@@ -78,14 +75,13 @@ def trace_light(
     dx, dy = sideways(dx), sideways(dy)
     block_x = block_y = -1
     free = 0.0
-    entered = waiting = 0.0  # light in substrates: at first facets; in the reservoir
-    # Of the first facets and of the reservoir the one that was drawn.
+    # The first facet that was met, and what the reservoir keeps.
     ax = ay = az = amx = amy = amz = 0.0
     acx = acy = aside = 0
-    bx = by = bz = bmx = bmy = bmz = 0.0
+    bx = by = bz = box = boy = boz = 0.0
     bcx = bcy = bside = border = 0
     for k in range(count):
-        batch = (k // pool) % BATCHES
+        batch = k % BATCHES
         x, y = ray_origins[k, 0], ray_origins[k, 1]
         cx, cy = min(int(x), tile.columns - 1), min(int(y), tile.rows - 1)
         if cx // FOOTPRINT != block_x or cy // FOOTPRINT != block_y:
@@ -100,6 +96,7 @@ def trace_light(
         z, side = tile.top, -1
         ox, oy, oz = dx, dy, dz
         weight = 1.0
+        entered = waiting = 0.0  # light in the first facet's substrate; in the reservoir
         order = 0
         while True:
             traced += 1
@@ -120,28 +117,25 @@ def trace_light(
             if not facet.substrate:
                 tallies.ended[ABSORBED] += into
             elif order == 1:
-                entered += into
-                if entered == into or uniform(random) * entered < into:
-                    ax, ay, az, amx, amy, amz = x, y, z, mx, my, mz
-                    acx, acy, aside = cx, cy, side
+                entered = into
+                ax, ay, az, amx, amy, amz = x, y, z, mx, my, mz
+                acx, acy, aside = cx, cy, side
             else:
                 waiting += into
                 if waiting == into or uniform(random) * waiting < into:
-                    bx, by, bz, bmx, bmy, bmz = x, y, z, mx, my, mz
-                    bcx, bcy, bside, border = cx, cy, side, order
+                    bx, by, bz, bcx, bcy, bside, border = x, y, z, cx, cy, side, order
+                    box, boy, boz = body_direction(
+                        mx, my, mz, uniform(random), uniform(random), facet, bound, random
+                    )
             if not facet.interface:
                 break
             weight *= 1 - through
             ox, oy, oz = mirror(ox, oy, oz, mx, my, mz, mu)
             ox, oy = sideways(ox), sideways(oy)
-        if not facet.substrate or ((k + 1) % pool != 0 and k + 1 < count):
-            continue
-
-        chosen = -1  # ring of the fan's light that goes on
         if entered > 0:
             even_x, even_y = (even_x + _R2_X) % 1.0, (even_y + _R2_Y) % 1.0
             ox, oy, oz = body_direction(amx, amy, amz, even_x, even_y, facet, bound, random)
-            across = max(np.hypot(ox, oy), 1e-300)
+            across = max(np.sqrt(ox * ox + oy * oy), 1e-150)
             fan[START_X], fan[START_Y], fan[START_Z] = ax, ay, az
             fan[COS_PHI], fan[SIN_PHI] = ox / across, oy / across
             fan[NORMAL_Z], fan[NORMAL_T] = amz, amx * fan[COS_PHI] + amy * fan[SIN_PHI]
@@ -152,33 +146,28 @@ def trace_light(
                 tile, ax, ay, az, acx, acy, aside, fan[COS_PHI], fan[SIN_PHI],
                 fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], fan[RANDOM], high, rings, nodes,
             )  # fmt: skip
-            chosen, blocked = deposit(
+            ring, blocked = deposit(
                 fan, first, entered, batch, sector_of(fan[COS_PHI], fan[SIN_PHI], bins.azimuth),
                 rings, nodes, light, into_rings, tallies, uniform(random),
             )  # fmt: skip
-            entered = 0.0
-            if chosen >= 0 and not facet.multiple_scattering:
+            if ring >= 0 and not facet.multiple_scattering:
                 tallies.ended[LEFT_OUT] += blocked
-                chosen = -1
-            if chosen >= 0:
+            elif ring >= 0:
                 waiting += blocked
-                if waiting != blocked and uniform(random) * waiting >= blocked:
-                    chosen = -1
+                if waiting == blocked or uniform(random) * waiting < blocked:
+                    bx, by, bz, bcx, bcy, bside, border = ax, ay, az, acx, acy, aside, 1
+                    theta = elevation(
+                        ring, fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], fan[RANDOM], rings
+                    )
+                    sine = np.sin(theta)
+                    box, boy, boz = sine * fan[COS_PHI], sine * fan[SIN_PHI], np.cos(theta)
         if waiting == 0:
             continue
-        weight, waiting = waiting, 0.0
+
+        x, y, z, cx, cy, side, order = bx, by, bz, bcx, bcy, bside, border
+        ox, oy, oz = box, boy, boz
+        weight = waiting
         body = 1
-        if chosen >= 0:
-            x, y, z, cx, cy, side, order = ax, ay, az, acx, acy, aside, 1
-            theta = elevation(
-                chosen, fan[NORMAL_Z], fan[NORMAL_T], fan[LAST_THETA], fan[RANDOM], rings
-            )
-            ox, oy, oz = np.sin(theta) * fan[COS_PHI], np.sin(theta) * fan[SIN_PHI], np.cos(theta)
-        else:
-            x, y, z, cx, cy, side, order = bx, by, bz, bcx, bcy, bside, border
-            ox, oy, oz = body_direction(
-                bmx, bmy, bmz, uniform(random), uniform(random), facet, bound, random
-            )
         while True:
             traced += 1
             ox, oy = sideways(ox), sideways(oy)
