@@ -6,8 +6,11 @@
 `measure` is run as a command with few and with many surfaces. The difference of their processor
 times (all threads) is what each surface takes, synthesis and mesh included; what is left is the
 start. The variance of one surface comes from the scatter between the many. Together they say when
-a standard error is reached: start + (time of one surface) · (variance of one) / error². Each
-command's figures are of the same seed; intervals are those of the variance of so many surfaces.
+a standard error is reached: start + (time of one surface) · (variance of one) / error². Few paths
+a surface are cheap where surfaces differ more than rays do, many where they do not, so each number
+of paths has a row: who asks for an error gets about the cheapest (`--standard-error` chooses it).
+Each command's figures are of the same seed; intervals are those of the variance of so many
+surfaces.
 """
 
 import argparse
@@ -32,7 +35,7 @@ from .sides import EMBREE, EXACT, KD, N
 
 MATERIALS = ((8.0, 0.7), (2.0, 0.3), (1.75, 0.3))
 """γ and σ."""
-THETA, PATHS = 60.0, 2**18
+THETA, PATHS = 60.0, (2**14, 2**16, 2**18)
 FEW, MANY = 4, 24
 ALBEDO_ERROR, LOBE_ERROR = 1e-3, 0.02
 """Of the total albedo; of the median bin of the order-1 body lobe, relative to itself."""
@@ -49,16 +52,16 @@ class Run:
     lobe: float
 
 
-def run(command: list[str], gamma: float, sigma: float, realisations: int) -> Run:
+def run(command: list[str], gamma: float, sigma: float, paths: int, realisations: int) -> Run:
     """Measure so many surfaces by a command; its arguments follow."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "measured.nc"
         numbers = {
-            "gamma": gamma, "sigma": sigma, "n": N, "kd": KD, "theta": THETA, "paths": PATHS,
+            "gamma": gamma, "sigma": sigma, "n": N, "kd": KD, "theta": THETA, "paths": paths,
             "realisations": realisations,
         }  # fmt: skip
         options = [text for name, value in numbers.items() for text in (f"--{name}", f"{value:g}")]
-        options[options.index("--paths") + 1] = str(PATHS)
+        options[options.index("--paths") + 1] = str(paths)
         before = _processor_time()
         answer = subprocess.run(  # noqa: S603 - of whoever runs the benchmark
             [*command, *options, "--json", "--out", str(path)],
@@ -81,16 +84,17 @@ def _processor_time() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def row(name: str, command: list[str], gamma: float, sigma: float) -> dict[str, object]:
-    """Times of one command and material; compiled before."""
-    run(command, gamma, sigma, 2)
-    few, many = (run(command, gamma, sigma, count) for count in (FEW, MANY))
+def row(name: str, command: list[str], gamma: float, sigma: float, paths: int) -> dict[str, object]:
+    """Times of one command, material and number of paths; compiled before."""
+    run(command, gamma, sigma, paths, 2)
+    few, many = (run(command, gamma, sigma, paths, count) for count in (FEW, MANY))
     surface = (many.seconds - few.seconds) / (MANY - FEW)
     start = few.seconds - FEW * surface
     low, high = ((MANY - 1) / end for end in stats.chi2.interval(CONFIDENCE, MANY - 1)[::-1])
     return {
         "gamma": gamma,
         "sigma": sigma,
+        "paths": paths,
         "command": name,
         "start_s": start,
         "surface_s": surface,
@@ -111,10 +115,12 @@ def main() -> None:
     commands = {name: [*ours, "--engine", name] for name in (EXACT, EMBREE)}
     if arguments.against:
         commands["other version"] = [str(arguments.against), "measure"]
-    cases = [(*material, name) for material in MATERIALS for name in commands]
+    cases = [
+        (*material, paths, name) for material in MATERIALS for paths in PATHS for name in commands
+    ]
     table = [
-        row(name, commands[name], gamma, sigma)
-        for gamma, sigma, name in tqdm(cases, unit=" cases", disable=None)
+        row(name, commands[name], gamma, sigma, paths)
+        for gamma, sigma, paths, name in tqdm(cases, unit=" cases", disable=None)
     ]
     arguments.out.mkdir(parents=True, exist_ok=True)
     written = rounded(table, 3)
