@@ -126,8 +126,8 @@ def refuse(layers: Layers | None, what: str) -> None:
     if layers is not None:
         raise InputError(
             f"[layers]: {what} knows one surface of interfaced-Lambertian facets only; "
-            "leave [layers] out, take the model layered-walk, or trace both surfaces with "
-            "`microsurf measure`"
+            "leave [layers] out. Two layers are known to `microsurf measure`, `validate` and the "
+            "model layered-walk"
         )
 
 
