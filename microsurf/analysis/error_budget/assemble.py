@@ -21,8 +21,9 @@ from ...results import datasets, detector
 from ...scene import Scene
 from ...stats import intervals
 from ...surface import Heightfield, facet_slopes
+from .estimates import Estimates, at, parts_of, ray_errors_of, walked_parts
 from .refinement import Refinement
-from .regions import FIRST, HIGHER, LOBES, REGIONS, components, of_order_one, region_masks
+from .regions import FIRST, HIGHER, components, of_order_one
 from .terms import TERMS, Case, Term, TermEstimate, split
 
 Array = NDArray[np.float64]
@@ -116,6 +117,17 @@ def cases_of(
         later = order_change(scene, slopes, walks=walks, seed=seed).change
     lost = summary.lost_light(measured).values
     alone = measured.sizes["realisation"] == 1  # of several their spread is the error
+    of_kd = {
+        kd: _OfKd(
+            measured=components(measured, n, kd),
+            ray_errors=ray_errors_of(measured, n, kd) if alone else {},
+            predicted=parts_of(predicted, n, kd),
+            theory=None if theory is None else parts_of(theory, n, kd),
+            layers=None if layers is None else components(layers, n, kd),
+            layers_ray_errors={} if layers is None or not alone else ray_errors_of(layers, n, kd),
+        )
+        for kd in scene.material.kd
+    }
     cases = {}
     for t, theta in enumerate(scene.light.theta):
         for p, phi in enumerate(scene.light.phi):
@@ -123,20 +135,18 @@ def cases_of(
                 first_order_change(scene, slopes, theta, phi, _SEEDS * seed + k)
                 for k in range(_SEEDS)
             ]
-            for kd in scene.material.kd:
+            for kd, of in of_kd.items():
                 weight = float(body_weight(n, kd))
-                albedos_by_order = _parts(predicted, n, kd, (t, p))
-                ideal = albedos_by_order if theory is None else _parts(theory, n, kd, (t, p))
+                albedos_by_order = at(of.predicted, (t, p))
+                ideal = albedos_by_order if of.theory is None else at(of.theory, (t, p))
                 effect = _of_slopes([of_order_one(c[0], weight) for c in changes])
                 if later is not None:
                     walked = _later(later.isel(theta_i=t, phi_i=p), n, kd)
                     effect |= {q: walked[q] for q in HIGHER if q in ideal}
                 mirrored = float(np.mean([c[2][0] for c in changes]))
-                rays = _ray_errors(measured, n, kd, (t, p)) if alone else {}
-                layered = {} if layers is None else _layers(layers, rays, n, kd, (t, p))
                 cases[theta, phi, kd] = Case(
-                    measured={q: v[:, t, p] for q, v in components(measured, n, kd).items()},
-                    ray_errors=rays,
+                    measured={q: v[:, t, p] for q, v in of.measured.items()},
+                    ray_errors={q: float(v[t, p]) for q, v in of.ray_errors.items()},
                     predicted=albedos_by_order,
                     theory=ideal,
                     slopes=effect,
@@ -148,25 +158,36 @@ def cases_of(
                     if theory is None
                     else _expected(albedos_by_order, ideal, theory[1], n, kd, (t, p)),
                     exchange=None if exchange is None else exchange.get(theta),
-                    **layered,
+                    **of.layers_at((t, p)),
                 )
     return cases
 
 
-def _layers(
-    layers: xr.Dataset,
-    rays: Mapping[str, float],
-    n: float,
-    kd: float,
-    index: tuple[int, int],
-) -> dict[str, Any]:
-    """What a `Case` holds of two layers; ``rays`` are the errors of IL facets on one surface."""
-    parts = {q: v[:, *index] for q, v in components(layers, n, kd).items()}
-    both = _ray_errors(layers, n, kd, index) if rays else {}
-    return {
-        "layers": parts,
-        "layers_ray_errors": {q: float(np.hypot(both[q], rays[q])) for q in rays},
-    }
+@dataclass(frozen=True)
+class _OfKd:
+    """What one Kd makes of results, by part, for all angles; see `Case` and `cases_of`.
+
+    ``measured``, ``layers``: shape (realisation, theta_i, phi_i). Errors: (theta_i, phi_i).
+    """
+
+    measured: Mapping[str, Array]
+    ray_errors: Mapping[str, Array]
+    predicted: Estimates
+    theory: Estimates | None
+    layers: Mapping[str, Array] | None
+    layers_ray_errors: Mapping[str, Array]
+
+    def layers_at(self, index: tuple[int, int]) -> dict[str, Any]:
+        """What a `Case` holds of two layers; IL facets on one surface have errors of rays too."""
+        if self.layers is None:
+            return {}
+        return {
+            "layers": {q: v[:, *index] for q, v in self.layers.items()},
+            "layers_ray_errors": {
+                q: float(np.hypot(self.layers_ray_errors[q][index], v[index]))
+                for q, v in self.ray_errors.items()
+            },
+        }
 
 
 def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, float]]:
@@ -181,34 +202,6 @@ def exchange_of(by_slope: Sequence[Mapping[str, Any]]) -> dict[float, dict[str, 
         apart = shift * (row["specular"] - row["specular_smith"])
         exchanges[row["theta_i"]] = exchanges.get(row["theta_i"], 0.0) + apart
     return {theta: {FIRST[0]: value} for theta, value in exchanges.items()}
-
-
-def _parts(
-    models: tuple[xr.Dataset, xr.Dataset | None], n: float, kd: float, index: tuple[int, int]
-) -> dict[str, TermEstimate]:
-    """Order 1 of the first model, later orders of the second."""
-    first, walk = models
-    parts = {
-        q: TermEstimate(float(v[0][index])) for q, v in components(first, n, kd).items()
-        if q in (*FIRST, *LOBES)
-    }  # fmt: skip
-    if walk is not None:
-        walked = _walked(walk, n, kd, index)
-        parts |= {q: walked[q] for q in HIGHER if q in walked}
-    return parts
-
-
-def _walked(
-    walk: xr.Dataset, n: float, kd: float, index: tuple[int, int]
-) -> dict[str, TermEstimate]:
-    """Parts of a walk; a path brings 0 … 1, so that the variance of a part is below the part."""
-    paths = float(walk.paths.values[0][index]) if "paths" in walk else np.inf
-    return {
-        q: TermEstimate(
-            float(v[0][index]), intervals.normal() * float(np.sqrt(max(v[0][index], 0.0) / paths))
-        )
-        for q, v in components(walk, n, kd).items()
-    }
 
 
 def _expected(
@@ -231,7 +224,7 @@ def _expected(
     b = detector.BODY_EVENTS[: flux.sizes["body_events"]]
     others = np.maximum(flux.order.values[:, None] - b, 0)
     factor = xr.DataArray(mirrored**others * body**b, dims=("order", "body_events"))
-    walked = _walked(walk.assign(flux=flux * factor), n, kd, index)
+    walked = at(walked_parts(walk.assign(flux=flux * factor), n, kd), index)
     return {q: walked[q] for q in HIGHER if q in walked}
 
 
@@ -250,26 +243,6 @@ def _later(change: xr.DataArray, n: float, kd: float) -> dict[str, TermEstimate]
     """The same of later orders."""
     albedos = datasets.by_kind(change, n, kd).sum("kind").transpose("batch", "order").values[:, 1:]
     return _of_slopes([dict(zip(HIGHER, albedos[k], strict=True)) for k in range(BATCHES)])
-
-
-def _ray_errors(
-    measured: xr.Dataset, n: float, kd: float, index: tuple[int, int]
-) -> dict[str, float]:
-    """Of one surface: albedos from batches, lobes from their bins, later orders a bound."""
-    first = {"order-1 specular": "specular", "order-1 body": "body", "total": "total"}
-    by_quantity = {
-        q: float(measured.microsurf.ray_error(**summary.SELECTED[name], kd=kd).values[0][index])
-        for q, name in first.items()
-    }
-    light = float(measured.light_rays.values[0][index])
-    for q, v in components(measured, n, kd).items():
-        if q in HIGHER:
-            by_quantity[q] = float(np.sqrt(v[0][index] / light))
-    for part, kind in zip(FIRST, detector.KINDS, strict=True):
-        for region, mask in zip(REGIONS, region_masks(), strict=True):
-            errors = measured.microsurf.region_ray_error(kind, mask, kd=kd)
-            by_quantity[f"{part} {region}"] = float(errors.values[0][index])
-    return by_quantity
 
 
 def rows(budgets: Sequence[Budget]) -> list[dict[str, Any]]:
