@@ -5,6 +5,7 @@ import platform
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -231,8 +232,12 @@ def _show(picture: Picture, figures: Path) -> _Shown:
     return _Shown(picture.name, picture.caption, picture.figure.get_figwidth(), address, files)
 
 
+@cache
 def environment() -> jinja2.Environment:
-    """Give what templates are read by; all texts are escaped."""
+    """Give what templates are read by, the same each time: it has compiled what it has read.
+
+    All texts are escaped.
+    """
     templates = jinja2.Environment(
         loader=jinja2.PackageLoader("microsurf.report"),
         autoescape=True,
