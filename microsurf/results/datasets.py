@@ -104,11 +104,13 @@ def by_kind(flux: xr.DataArray, n: float, kd: float) -> xr.DataArray:
     body = (flux.isel(body_events=slice(1, None)) * weights.isel(body_events=slice(1, None))).sum(
         "body_events"
     )
-    return xr.concat(
-        [specular, body],
-        xr.Variable("kind", list(detector.KINDS)),
-        coords="minimal",
-        compat="override",
+    # Not xr.concat, whose result is the same and takes half as long again.
+    return xr.DataArray(
+        np.stack([specular, body]),
+        {**specular.coords, "kind": list(detector.KINDS)},
+        ("kind", *specular.dims),
+        flux.name,
+        flux.attrs,
     )
 
 

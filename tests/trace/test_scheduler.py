@@ -22,6 +22,14 @@ def worked(asked, *, seed=0):
     return book, shares
 
 
+@pytest.fixture(scope="module")
+def by_error():
+    """As `worked`, of a scene that names its errors and not its paths."""
+    with pytest.MonkeyPatch.context() as patch:
+        many_items(patch)
+        yield worked(scene(by_error=True))
+
+
 def test_paths_asked_for_are_traced_for_each_angle_and_realisation(monkeypatch):
     many_items(monkeypatch)
     asked = replace(scene(), accuracy=Accuracy(3 * PATHS_PER_ITEM + 1))
@@ -33,10 +41,9 @@ def test_paths_asked_for_are_traced_for_each_angle_and_realisation(monkeypatch):
     np.testing.assert_allclose(shares, np.arange(1, 25) / 24)
 
 
-def test_an_error_asked_for_is_reached_and_not_by_chance_alone(monkeypatch):
-    many_items(monkeypatch)
+def test_an_error_asked_for_is_reached_and_not_by_chance_alone(by_error):
     asked = scene(by_error=True)
-    book, shares = worked(asked)
+    book, shares = by_error
     assert uncertainty.surplus(book.to_dataset(), asked) <= 1
     assert len(book.streams) >= asked.surface.realisations
     assert all(0 <= share <= 1 for share in shares)
@@ -63,10 +70,9 @@ def test_memory_bounds_the_realisations(monkeypatch):
     assert Scheduler(scene(by_error=True), None, 0, turn=True)._most == 7
 
 
-def test_pieces_put_together_are_decided_upon_as_they_were_one_by_one(monkeypatch):
-    many_items(monkeypatch)
+def test_pieces_put_together_are_decided_upon_as_they_were_one_by_one(by_error):
     asked = scene(by_error=True)
-    book, _ = worked(asked)
+    book, _ = by_error
     last = book.streams[0][0].added
     assert last > 5
     for done in (1, 3, 4, 5, last):
