@@ -39,6 +39,7 @@ def curves(scene, dataset):
     }
 
 
+@pytest.fixture(scope="module")
 def ratios(repeated):
     """Variance over repeats over the claimed one, mean over the bins that hold light enough."""
     scene, dataset = repeated
@@ -53,7 +54,7 @@ def ratios(repeated):
     return found
 
 
-def test_bands_of_order_1_are_the_spread_of_other_rays(repeated, judge):
+def test_bands_of_order_1_are_the_spread_of_other_rays(repeated, ratios, judge):
     """Bins of 23 degrees of freedom, 60 of them specular: their mean is known to 4 %.
 
     A fan fills a whole sector: of the body lobe only the two half planes are independent.
@@ -63,7 +64,7 @@ def test_bands_of_order_1_are_the_spread_of_other_rays(repeated, judge):
     """
     _, dataset = repeated
     for key in ("specular", "body"):
-        found = ratios(repeated)[key]
+        found = ratios[key]
         assert len(found) > 20
         dof = (REPEATS - 1) * (len(found) if key == "specular" else 2)
         least = 0.6 if float(dataset.theta_i[0]) > 0 else 0.1
@@ -71,8 +72,8 @@ def test_bands_of_order_1_are_the_spread_of_other_rays(repeated, judge):
         judge.keeps([law.sf(found.mean() * dof), law.cdf(found.mean() * dof / least)])
 
 
-def test_bands_of_all_orders_are_an_upper_bound(repeated):
-    found = ratios(repeated)["total"]
+def test_bands_of_all_orders_are_an_upper_bound(ratios):
+    found = ratios["total"]
     assert 0.01 < found.mean() < 1
 
 
