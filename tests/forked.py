@@ -21,10 +21,8 @@ from importlib import import_module
 from pathlib import Path
 from threading import Thread
 
-from microsurf.cli import group
-
 MAIN = "from microsurf.cli import main; main()"
-COMMANDS = (*(f"microsurf.cli.{name}" for name in group.COMMANDS), "microsurf.cli.interrupt")
+COMMANDS = ("warm_commands", "microsurf.cli.interrupt")
 """What the command line loads for its commands. It can't draw yet."""
 
 
