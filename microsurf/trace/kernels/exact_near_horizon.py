@@ -16,19 +16,37 @@ NEAR = 24
 """Cells along the longer coordinate that a march looks at as a whole before it goes on by cells."""
 
 
-@inlined
-def crossed(tile, column, row, share, z, t, across, down, wraps):
-    """Slope from height ``z`` to a point of an edge, the distance ``t`` away.
+_COLUMNS, _ROWS, _DIAGONALS = range(3)
+"""Kinds of edges: those on lines of whole x, of whole y, and of whole x − y."""
 
-    The edge begins at vertex (column, row), at most NEAR cells out of the period if it
-    ``wraps``, and goes on by (across, down); ``share`` of it lies before the point.
+
+@inlined
+def steepest_among(
+    tile, kind, first, step, count, position, per_line, along, rate, z, border, wraps
+):
+    """Greatest slope from height ``z`` to the edges of one kind, at least 0.
+
+    The ray crosses ``count`` lines from ``first`` on; (line − position) · per_line is the
+    distance to one, and along + rate · distance the place on it. Edges up to the distance
+    ``border`` do not count. Vertices lie at most NEAR cells out of the period if it ``wraps``.
     """
-    if wraps:
-        column, row = around(column, tile.columns), around(row, tile.rows)
-    # Unsigned numbers: an index that may be negative would be tested at each look.
-    i, j = np.uint64(column), np.uint64(row)
-    begin, end = tile.heights[j, i], tile.heights[j + down, i + across]
-    return ((1 - share) * begin + share * end - z) / t
+    across, down = np.uint64(kind != _COLUMNS), np.uint64(kind != _ROWS)
+    steepest = 0.0
+    for k in range(count):
+        line = first + k * step
+        t = (line - position) * per_line
+        point = along + t * rate
+        cell = int(np.floor(point)) if wraps else int(point)
+        share = point - cell
+        column = line if kind == _COLUMNS else cell
+        row = cell if kind == _COLUMNS else (line if kind == _ROWS else cell - line)
+        if wraps:
+            column, row = around(column, tile.columns), around(row, tile.rows)
+        # Unsigned numbers: an index that may be negative would be tested at each look.
+        i, j = np.uint64(column), np.uint64(row)
+        edge = (1 - share) * tile.heights[j, i] + share * tile.heights[j + down, i + across]
+        steepest = max(steepest, (edge - z) / t if t > border else 0.0)
+    return steepest
 
 
 @inlined
@@ -38,7 +56,6 @@ def near_horizon(tile, x, y, z, cx, cy, side, dx, dy, per_x, per_y, counts, wrap
     No cell may be flipped. ``counts`` are those of columns' sides and rows' sides to look at,
     and the distance up to which diagonals are; with ``wraps`` they may lie out of the period.
     """
-    zero, one = np.uint64(0), np.uint64(1)
     many_x, many_y, reach = counts
     ahead_x, ahead_y = int(dx > 0), int(dy > 0)
     step_x, step_y = 2 * ahead_x - 1, 2 * ahead_y - 1
@@ -56,26 +73,8 @@ def near_horizon(tile, x, y, z, cx, cy, side, dx, dy, per_x, per_y, counts, wrap
     border = min((i - x) * per_x, (j - y) * per_y)  # of the facet itself: it hides nothing
     if many_u > 0:
         border = min(border, (m - u) * per_u)
-    steepest = 0.0
-    for k in range(many_x):
-        column = i + k * step_x
-        t = (column - x) * per_x
-        along = y + t * dy
-        row = int(np.floor(along)) if wraps else int(along)
-        slope = crossed(tile, column, row, along - row, z, t, zero, one, wraps)
-        steepest = max(steepest, slope if t > border else 0.0)
-    for k in range(many_y):
-        row = j + k * step_y
-        t = (row - y) * per_y
-        along = x + t * dx
-        column = int(np.floor(along)) if wraps else int(along)
-        slope = crossed(tile, column, row, along - column, z, t, one, zero, wraps)
-        steepest = max(steepest, slope if t > border else 0.0)
-    for k in range(many_u):
-        difference = m + k * step_u
-        t = (difference - u) * per_u
-        along = x + t * dx
-        column = int(np.floor(along)) if wraps else int(along)
-        slope = crossed(tile, column, column - difference, along - column, z, t, one, one, wraps)
-        steepest = max(steepest, slope if t > border else 0.0)
-    return steepest
+    return max(
+        steepest_among(tile, _COLUMNS, i, step_x, many_x, x, per_x, y, dy, z, border, wraps),
+        steepest_among(tile, _ROWS, j, step_y, many_y, y, per_y, x, dx, z, border, wraps),
+        steepest_among(tile, _DIAGONALS, m, step_u, many_u, u, per_u, x, dx, z, border, wraps),
+    )
